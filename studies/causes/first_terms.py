@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.extensions.foreign import SceneInNumbers, State
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
@@ -34,9 +34,10 @@ class Beginning:
 
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
     hold if those before them are 0. Of a program in velocities z̈, ∂f/∂t and e₂ are in these.
-    later: e₁ of three steps together. parts: by name, terms of f in all entries. grown: D(h)/h of
-    the shortest step over that of the longest. shortest: its D(h). moved: Φ_h(z) − z of the longest
-    and the shortest step.
+    later: e₁ of three steps together. parts: by name, terms of f in all entries. others: the fields
+    of known mistakes. misread: what a program takes z for that reads states otherwise, and what it
+    takes for z. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
+    moved: Φ_h(z) − z of the longest and the shortest step.
     """
 
     z: Vector
@@ -51,6 +52,7 @@ class Beginning:
     later: Vector
     parts: dict[str, Vector]
     others: dict[str, Vector]
+    misread: dict[str, list[Vector]]
     span: Vector
     moved: tuple[Vector, Vector]
     grown: float = 1.0
@@ -85,18 +87,27 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     third = (ends[0] - 2 * field + ends[1]) / d**2
     of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
     parts = parts_of(system, z, time)
-    others = {}
-    form = getattr(scheme.rule, "form", None)
+    form = getattr(scheme.rule, "form", State())
+    readings = other_readings(system, form, z, time)
+
+    def field_of(meant: Any, given: Any) -> Vector:
+        at = meant(z)
+        along = d * f(at)
+        return np.asarray((given(at + along, d) - given(at - along, -d)) / (2 * d))
+
+    others = {name: field_of(*pair) for name, pair in readings.items()}
+    misread = {name: [one(z) for one in pair] for name, pair in readings.items()}
     if len(z) == 2 * n:
-        others = _in_other_coordinates(system, z, time, d)
-    if form and form.has_attitude:
-        others = _on_the_other_side(system, z, time)
+        others["momentum for velocity"] = np.concatenate([z[n:], field[n:]])
+    if form.has_attitude:  # Ȧ = AΩ from the right
+        A, rate = (e[:9].reshape(3, 3) for e in (z, field))
+        others["velocity from the left"] = np.concatenate([(A.T @ rate @ A).ravel(), field[9:]])
     if scheme.s.clocked:
         others |= {"time frozen": f(z, 0.0), "time doubled": f(z, 2 * time)}
     span = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0)
                            for e in (field[:n], field[n:])])  # fmt: skip
     first, e2 = (_at_zero(sizes, one / sizes[:, None] ** k) for k in (1, 2))
-    if form and form.second == "v":  # a term is stale, or comes twice, in the program's own numbers
+    if form.second == "v":  # a term is stale, or comes twice, in the program's own numbers
 
         def v(at: Vector, t: float = 0) -> Vector:
             return system.velocity(at[:n], at[n:], time + t)
@@ -109,7 +120,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     return Beginning(z, time, field, second, third, of_time, first, e2,
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
-                     parts, others, span, (images[0] - z, images[-1] - z),
+                     parts, others, misread, span, (images[0] - z, images[-1] - z),
                      _grown(sizes, one / span), one[-1])  # fmt: skip
 
 
@@ -161,36 +172,52 @@ def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
     return np.asarray(table[0])
 
 
-def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict[str, Vector]:
-    """Return the fields of a box that confuses p with the velocity, in its own numbers."""
-    n = system.n
-    q, p = z[:n], z[n:]
-    found = {}
-    moved = system.momentum(q, p, time)
-    rates = system.f(q, moved, time)
-    ends = [system.velocity(q + s * d * rates[0], moved + s * d * rates[1], time + s * d)
-            for s in (1, -1)]  # fmt: skip
-    found["velocities for momenta"] = np.concatenate([rates[0], (ends[0] - ends[1]) / (2 * d)])
-    found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
-    found["q and p exchanged"] = np.concatenate(system.f(p, q, time)[::-1])
-    return found
+def other_readings(system: Any, form: State, z: Vector, time: float) -> dict[str, tuple[Any, Any]]:
+    """Return the ways to read a state wrongly: (what is meant, its inverse) by the cause's name.
 
-
-def _on_the_other_side(system: Any, z: Vector, time: float) -> dict[str, Vector]:
-    """Return the fields of a box that takes a body's velocity, attitude or momentum for another.
-
-    Ȧ = AΩ with the velocity in the body, from the right; a body's velocity in space is AΩAᵀ.
+    A program that takes z for M(z) moves as M⁻¹ ∘ φ_h ∘ M. M⁻¹ is a function of a state and of the
+    time since that of z, M of the state z alone.
     """
-    A, p = z[:9].reshape(3, 3), z[9:]
-    rate, of_p = system.f(z[:9], p, time)
-    left = (A.T @ rate.reshape(3, 3) @ A).ravel()
-    turned, of_body = system.f(z[:9], A.T @ p, time)  # of what is p in space
-    in_space = turned.reshape(3, 3) @ A.T @ p + A @ of_body
-    return {
-        "velocity from the left": np.concatenate([left, of_p]),
-        "attitude transposed": np.concatenate([-left, of_p]),
-        "momentum in space": np.concatenate([turned, in_space]),
-    }
+    n, of_v = system.n, form.second == "v"
+
+    def momenta(w: Vector, t: float = 0.0) -> Vector:
+        return np.concatenate([w[:n], system.momentum(w[:n], w[n:], time + t)])
+
+    def velocities(w: Vector, t: float = 0.0) -> Vector:
+        return np.concatenate([w[:n], system.velocity(w[:n], w[n:], time + t)])
+
+    def exchanged(w: Vector, t: float = 0.0) -> Vector:
+        return np.roll(w, n)
+
+    found: dict[str, tuple[Any, Any]] = {}
+    if len(z) == 2 * n or form.has_attitude:
+        names = ("velocities for momenta", "momenta for velocities")
+        found[names[of_v]] = (velocities, momenta) if of_v else (momenta, velocities)
+    if len(z) == 2 * n:
+        found["q and p exchanged"] = exchanged, exchanged
+    if not form.has_attitude:
+        return found
+
+    def transposed(w: Vector, t: float = 0.0) -> Vector:
+        return np.concatenate([w[:9].reshape(3, 3).T.ravel(), w[9:]])
+
+    def turned(w: Vector, t: float, back: bool) -> Vector:
+        """Return the state with its momentum, or velocity, turned to space or back."""
+        A, own = w[:9].reshape(3, 3), velocities(w, t) if of_v else w
+        own = np.concatenate([w[:9], (A.T if back else A) @ own[9:]])
+        return momenta(own, t) if of_v else own
+
+    def rolled(w: Vector, t: float, by: int) -> Vector:
+        return np.concatenate([form.read(np.roll(form.written(w[:9]), by)), w[9:]])
+
+    def both(of: Any, a: Any, b: Any) -> tuple[Any, Any]:
+        return (lambda w: of(w, 0.0, a)), (lambda w, t=0.0: of(w, t, b))
+
+    found["attitude transposed"] = transposed, transposed
+    found["velocity in space" if of_v else "momentum in space"] = both(turned, True, False)
+    if form.first == "quaternion":
+        found["quaternion with w last"] = both(rolled, 1, -1)
+    return found
 
 
 def factor(

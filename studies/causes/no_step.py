@@ -29,13 +29,30 @@ def _exchanged(found: list[Beginning], n: int) -> Told | None:
             "a step moves the state by the same for every h: h is not used, or a step size of its "
             'own is; a map of one step size says so by @black_box(step="0.1").'
         )
-    if len(found[0].z) != 2 * n:
-        return None
-    gaps = [np.abs(b.z + b.moved[1] - np.roll(b.z, n)).max() / np.abs(b.z - np.roll(b.z, n)).max()
-            for b in found]  # fmt: skip
-    if max(gaps) <= 0.1:  # a short step moves the state by less
-        return "q and p exchanged", "it gives (p, q) where (q, p) is asked for: exchange the two."
+    for name, sentence in _GIVEN.items():
+        for k in range(2 if name in found[0].misread else 0):
+            ends = [(b, b.misread[name][k]) for b in found]
+            if all(np.abs(b.z + b.moved[1] - e).max() <= 0.1 * np.abs(b.z - e).max()
+                   for b, e in ends):  # fmt: skip  # a short step moves the state by less
+                return name, sentence
     return None
+
+
+#: of what a step takes and what it gives, one is read in another way than the other
+_GIVEN = {
+    "q and p exchanged": "it gives (p, q) where (q, p) is asked for: exchange the two.",
+    "velocities for momenta": "of what a step takes and gives one is a momentum and the other a "
+    "velocity: both have to be momenta, or both velocities, as state= says.",
+    "attitude transposed": "the attitude that a step gives is the transpose of the one that it "
+    "takes: both have to lead from the body to space.",
+    "momentum in space": "of the momenta that a step takes and gives one is in the body and the "
+    "other in space: both have to be in the body.",
+    "velocity in space": "of the angular velocities that a step takes and gives one is in the body "
+    "and the other in space: both have to be in the body.",
+    "quaternion with w last": "the quaternions that a step takes and gives have another order, "
+    "(w, x, y, z) and (x, y, z, w): both have to be (w, x, y, z).",
+}
+_GIVEN["momenta for velocities"] = _GIVEN["velocities for momenta"]
 
 
 def _without_h(found: list[Beginning], n: int) -> Told | None:

@@ -206,7 +206,10 @@ def _cancels(found: list[Beginning], n: int) -> bool:
 #: causes that concern the kind of numbers
 _OF_NUMBERS = ("single precision", "noise", "rounded")
 _NAMED = {
-    "velocities for momenta": 'it takes and gives velocities where (q, p) is said: say state="qv".',
+    "velocities for momenta": "it takes and gives velocities where momenta are said: say v in "
+    'state=, as in state="qv".',
+    "momenta for velocities": "it takes and gives momenta where velocities are said: say p in "
+    'state=, as in state="qp".',
     "momentum for velocity": "x moves by the momentum p in place of the velocity ∂H/∂p: it is off "
     "by the mass.",
     "q and p exchanged": "it takes p for q and q for p: the order of its arguments is (q, p).",
@@ -215,6 +218,8 @@ _NAMED = {
     "attitude transposed": "the attitude leads from space to the body, where R leads from the body "
     "to space: give its transpose.",
     "momentum in space": "the momentum is that in space, R p, where p is the momentum in the body.",
+    "velocity in space": "the angular velocity is that in space, R ω, where ω is that in the body.",
+    "quaternion with w last": "the quaternion is taken as (x, y, z, w), where it is (w, x, y, z).",
     "time frozen": "the field is that of t = 0 at every time: the time is frozen; take system.t.",
     "time doubled": "the field is that of 2t: the time is counted twice.",
 }

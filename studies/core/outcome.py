@@ -16,8 +16,8 @@ VERDICTS = ("fail", "inconclusive", "measured", "pass")
 OF_STEPS = NOT_CONSISTENT, STEPS_ARE_OFF = "not consistent", "single steps are off"
 ABOVE, GOING_AWAY, NOT_CONVERGING = "above the expected order", "away from it", "not converging"
 ROUND_OFF, MORE_STEPS = "only round-off", "more steps are needed"
-#: the line through all errors of the energy, and not the modified energy at the end of a run
-OF_LINE = "the line through all errors"
+#: the drift of the energy that the reason tells, which is among the measured numbers then
+OF_DRIFT = "the energy drifts"
 Row = Mapping[str, Any]
 
 

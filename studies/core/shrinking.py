@@ -2,8 +2,8 @@
 
 A smaller case counts if the study fails it too, for the same cause, or else in the same words, and
 does not fail the midpoint rule there: a scene or a number of steps that fails every method says
-nothing about this one. A program that asks no scene for its equations has one motion of its own,
-and stays on its scene.
+nothing about this one. A number of steps that changes nothing, or only makes them longer, is none.
+A program that asks no scene for its equations has one motion of its own, and stays on its scene.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from discmech.integrators.scene import Scene
 from .case import Case, Choice
 from .fingerprint import of_everything
 from .one_case import run_case
-from .outcome import without_figures
+from .outcome import OF_STEPS, without_figures
 from .parts import parts_of
 from .plan import Place, Plan
 from .records import decoded, encoded
@@ -96,7 +96,9 @@ def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
     small, said = case, result
     if found := first(_on_simpler_scenes(study, case)):
         small, said = found
-    if found := first(_with_fewer_steps(small, said)):
+    if (found := first(_with_fewer_steps(small, said))) and (
+        not said.figures or found[1].figures != said.figures
+    ):
         small, said = found
     whatever = [
         name for name, scene in _with_parameters_of_one(small.scene)
@@ -144,11 +146,14 @@ def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
 
 
 def _with_fewer_steps(case: Case, result: AnyResult) -> Iterator[Case]:
-    """Yield the case with 1, 2, 4, ... steps, up to those of the run."""
-    run = [row["steps"] for row in result.data if isinstance(row.get("steps"), int)]
-    most = case.steps or max(run, default=MOST_STEPS)
+    """Yield the case with 1, 2, 4, ... steps, up to those of the run.
+
+    Of runs to one time fewer steps are longer ones, and where single steps decide no run does.
+    """
+    if result.why in OF_STEPS or any("steps" in row for row in result.data):
+        return
     steps = 1
-    while steps < most:
+    while steps < (case.steps or MOST_STEPS):
         yield replace(case, steps=steps)
         steps *= 2
 

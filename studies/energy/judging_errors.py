@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..core.case import Case, Verdict
-from ..core.outcome import OF_LINE
 from ..systems.runs import FAR
 from .errors import allowed_rise, are_steady
-from .judging_modified import NOT_BACK
+from .judging_modified import NOT_BACK, drifting
 from .limits import LIMITS
 from .records import Found
 
@@ -44,7 +43,8 @@ def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
         said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}, "
         said += f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
         if _continues(drifts):
-            return fail(f"{said}: certain, and the same in a run eight times as long.")
+            said += ": certain, and the same in a run eight times as long."
+            return drifting(said, rate * last, expected)
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")
     low, high = found.measured.slope_interval or (0.0, 0.0)
@@ -55,11 +55,9 @@ def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
         )
     if found.turns is not None and found.turns < LIMITS["turns"]:
         return unknown(NOT_BACK)
-    return fail(
-        f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
-        f"which is {abs(slope) * duration / band:.0%} of its band.",
-        why=OF_LINE,
-    )
+    said = f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
+    said += f"which is {abs(slope) * duration / band:.0%} of its band."
+    return drifting(said, slope * duration, expected)
 
 
 def _continues(drifts: Sequence[Sequence[float]]) -> bool:

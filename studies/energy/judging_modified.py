@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ..core.case import Verdict
+from ..core.outcome import OF_DRIFT
 from ..systems.modified_change import Change
 from .limits import LIMITS
 from .modified import certain_drift, covers, drift_beside, goes_one_way, resolved, stands
@@ -14,6 +16,11 @@ NOT_BACK = (
     "the energy goes one way, and so it may with a part of the motion that has not come back: take "
     "more --steps."
 )
+
+
+def drifting(said: str, drift: float, expected: Mapping[str, Any]) -> Verdict:
+    """Return a fail by a drift, which tables show as the one that was measured."""
+    return Verdict("fail", said, expected, measured={"drift": drift}, why=OF_DRIFT)
 
 
 def judge(found: Found, verdict: Verdict) -> Verdict:
@@ -33,7 +40,7 @@ def judge(found: Found, verdict: Verdict) -> Verdict:
         known = 2 * abs(line) >= abs(change) or found.still
         if verdict.verdict == "fail" and known:
             return verdict  # the line through all rows shows the same, and rest is the reason
-        return Verdict("fail", _drifts(change, drift.time), verdict.expected)
+        return drifting(_drifts(change, drift.time), change, verdict.expected)
     # a quadratic modified energy stays beyond the limit of stability too
     if band <= LIMITS["whole"]:
         verdict = _of_run(verdict, rows, bool(given), band, duration)
@@ -42,7 +49,8 @@ def judge(found: Found, verdict: Verdict) -> Verdict:
         place, drift = told
         where = ", ".join(f"{e:.4g}" for e in place.place)
         said = f"beside the motion, from (x, μ) = ({where}) with the step {place.step:.4g}, "
-        return Verdict("fail", said + _drifts(drift.modified, drift.time), verdict.expected)
+        said += _drifts(drift.modified, drift.time)
+        return drifting(said, drift.modified, verdict.expected)
     return verdict
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..core.outcome import OF_LINE
+from ..core.outcome import OF_DRIFT
 from ..core.result import NONE, Result
 from ..report import plot_drift
 from ..report.canvas import Panel
@@ -59,13 +59,7 @@ def _slope(case: Case) -> str:
 
 
 def _drift(case: Case) -> str:
-    """Return the drift of the energy to one side; a force's balance has none.
-
-    It is along the line through the errors where the reason of a failure is told by that.
-    """
-    slope, duration = case.measured.slope, case.details.duration
-    if case.why == OF_LINE and slope is not None and duration is not None:
-        return scientific(slope * duration)
+    """Return the drift of the energy to one side; a force's balance has none."""
     return scientific(case.measured.drift)
 
 
@@ -91,10 +85,10 @@ def _got(case: Case) -> str:
 
 
 def _short(case: Case) -> str:
-    """Return the oscillation; if the energy drifts by more than a tenth of it, the drift."""
+    """Return the oscillation; the drift if it decides, or is more than a tenth of that."""
     drift, band = case.measured.drift, case.measured.band
     told = _wanders(case) is None and drift is not None and band is not None
-    if told and not abs(drift or 0.0) <= RESOLVED * (band or 0.0):
+    if case.why == OF_DRIFT or (told and not abs(drift or 0.0) <= RESOLVED * (band or 0.0)):
         return f"drifts by {_drift(case)}"
     return f"oscillates by {_band(case)}"
 

@@ -17,7 +17,7 @@ from .limits import LIMITS
 from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, ladder, measure
 from .recorded import FEWEST
-from .records import BLEW_UP, Found
+from .records import BLEW_UP, Found, is_of_a_value
 from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
@@ -47,8 +47,10 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 def _judge_runs(case: Case, found: Found) -> Verdict:
     order = found.measured.order
     tolerance = allowed(case.digits)
-    expected = {"order": case.order, "tolerance": tolerance}
+    expected: dict[str, Any] = {"order": case.order, "tolerance": tolerance}
     # the digits in which the two references of a scene in numbers agree
+    if is_of_a_value(case.rule.name) or is_of_a_value(str(case.scene.name)):
+        expected["or_above"] = True
     if found.agreed is not None:
         expected["agreed"] = found.agreed
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:

@@ -9,7 +9,7 @@ from ..report.canvas import Panel, Sheet
 from ..report.palette import MUTED
 from ..report.view import Sketch
 from ..report.wording import raised
-from .records import Curve, constant, curves
+from .records import Curve, constant, curves, to_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,8 @@ def _panels(curve: Curve) -> Iterator[Panel]:
     sizes = [(float(value), constant(case.rows, curve.usual)) for value, case in curve.cases]
     best = None if curve.is_flat else float(curve.best[0])
     title = f"{curve.of} on {curve.place}, {curve.digits} digits"
-    for what, points in (("order", orders), (f"C of error ≈ C {raised(curve.usual)}", sizes)):
+    of = f"C of error ≈ C {raised(curve.usual)}{to_time(curve.cases[0][1])}"
+    for what, points in (("order", orders), (of, sizes)):
 
         def draw(axes: Axes, points: Any = points, zero: bool = points is sizes) -> None:
             axes.plot(*zip(*points, strict=True), "o-", ms=3, lw=0.9, color="C0")

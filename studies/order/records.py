@@ -88,12 +88,16 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """The expected order and its tolerance; declared: the order in another chart."""
+    """The expected order and its tolerance; declared: the order in another chart.
+
+    or_above: True if the order is claimed for all values of a number, and may be higher at one.
+    """
 
     order: float | None = None
     tolerance: float | None = None
     declared: float | None = None
     effective: float | None = None
+    or_above: bool | None = field(default=None, metadata=OPTIONAL)
 
 
 # -- a number that takes several values ------------------------------------------------------------
@@ -101,6 +105,11 @@ class Expected:
 #: mine:w=1/6 of a rule, mine.w-1_6 of a scene
 _NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?)")
 FEWEST = 3  # values that make a curve
+
+
+def is_of_a_value(name: str) -> bool:
+    """True for the name of a rule or a scene with a value for one of its numbers."""
+    return _NAME.fullmatch(name) is not None
 
 
 def constant(rows: Sequence[Any], order: float | None) -> float | None:
@@ -151,7 +160,8 @@ class Curve:
         where = f"{self.of} on {self.place}, {self.digits} digits:"
         if self.is_flat:
             return (f"{where} {self.name} makes no difference, as all of {len(self.cases)} values "
-                    f"have the order {order} and the error constant {_shown(case)}.")  # fmt: skip
+                    f"have the order {order} and the error constant {_shown(case)}"
+                    f"{to_time(case)}.")  # fmt: skip
         same = sum(round(each.measured.order) == order for _, each in self.cases)
         rest = len(self.cases) - same
         said = f"has the order {order}"
@@ -164,13 +174,19 @@ class Curve:
         beyond = "It is an end of the range: beyond it may be a better one." if ends else ""
         return (
             f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {value}, "
-            f"{said}; its error constant is {_shown(case)}. {beyond}".rstrip()
+            f"{said}; its error constant is {_shown(case)}{to_time(case)}. {beyond}".rstrip()
         )
 
 
 def _shown(case: Any) -> str:
     """Return the error constant of a case as it is shown."""
     return f"{constant(case.rows, case.measured.order):.3g}"
+
+
+def to_time(case: Any) -> str:
+    """Return the final time of the runs, of which an error is, for a text."""
+    end = case.details.duration
+    return "" if end is None else f" at t = {end:.4g}"
 
 
 def curves(cases: Iterable[Any]) -> list[Curve]:

@@ -16,16 +16,17 @@ from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
 from ..report.wording import plus_minus, raised, scientific
 from . import plot_varied
-from .records import Expected, Measured, Row, constant
+from .records import Expected, Measured, Row, constant, to_time
 
 Case = Result[Measured, Expected, Row]
 
 CONVERGENCE = (
-    "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
-    "fitted order. Filled marks are in the fit. Hollow marks are left out because the error is "
-    "not yet asymptotic there, crosses because round-off has taken over; a bar on the upper edge "
-    "is a run that failed. The triangles show the slopes that are expected. Where curves coincide "
-    "the line has the colours of all of them in turn and the marks lie within one another."
+    "Error in (x, μ) at the time t, the end of the run, against step size; the number beside a "
+    "rule is the fitted order. Filled marks are in the fit. Hollow marks are left out because the "
+    "error is not yet asymptotic there, crosses because round-off has taken over; a bar on the "
+    "upper edge is a run that failed. The triangles show the slopes that are expected. Where "
+    "curves coincide the line has the colours of all of them in turn and the marks lie within one "
+    "another."
 )
 
 DIGITS = 50  # digits of the family's runs
@@ -48,6 +49,7 @@ def _wanted(case: Case) -> str:
         return "only measured"
     said = f"{expected.order:g}"
     said += "" if expected.tolerance is None else f" ± {expected.tolerance:g}"
+    said += " or above" if expected.or_above else ""
     if expected.declared is not None:
         said += f" (declared {expected.declared:g}; in this chart ι(u) ≠ −u)"
     return said if expected.effective is None else f"{said}, processed {expected.effective:g}"
@@ -62,11 +64,10 @@ def _multipliers(case: Case) -> str:
 
 
 def _constant(case: Case) -> str:
-    """Return C of error ≈ C hᵖ, p the whole number next to the order."""
+    """Return C hᵖ, p the whole number next to the order, and the time of that error."""
     size = constant(case.rows, case.measured.order)
-    return (
-        NONE if size is None else f"{scientific(size, 2)} {raised(round(case.measured.order or 0))}"
-    )
+    power = raised(round(case.measured.order or 0))
+    return NONE if size is None else f"{scientific(size, 2)} {power}{to_time(case)}"
 
 
 def _points(case: Case) -> str:
@@ -98,7 +99,9 @@ def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
-        return [plot_convergence.panel(titles.get(scene, scene), list(map(_line, own)), known)]
+        what = f"error in (x, μ){to_time(own[0])}"
+        lines = list(map(_line, own))
+        return [plot_convergence.panel(titles.get(scene, scene), lines, known, what)]
 
     if own := list(plot_varied.sketches(cases)):  # a line for each value would hide all others
         return own

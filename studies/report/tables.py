@@ -262,13 +262,15 @@ def rich_table(
 
 def terminal_table(result: StudyResult) -> Table:
     """Return the verdicts of a study for a terminal, failures last, where the reader looks
-    first.
+    first; values of a number that varies in their order.
 
     A column with one text in all rows is told once, under the title.
     """
     from rich.markup import escape
 
-    cases = sorted(result.cases, key=lambda case: -VERDICTS.index(case.verdict))
+    cases = list(result.cases)
+    if " --vary " not in result.command:
+        cases.sort(key=lambda case: -VERDICTS.index(case.verdict))
     said, shown = _once(filled(columns(result.study), cases), cases)
     heads, lines = [head for head, _ in shown], []
     for case in cases:

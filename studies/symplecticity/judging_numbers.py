@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from discmech.integrators.numbers import jacobian, sympy
@@ -19,6 +20,14 @@ from .in_numbers import ENOUGH, decisive, resolved, rounded
 from .limits import LIMITS
 from .own_derivatives import STEPS
 from .records import FoundOfNumbers, OfNumbers
+
+_ROUGH = (
+    "the program is not smooth: the ends of its steps jump by {:.1e} of the motion between starts "
+    "close by, as those of an iteration with a loose stop do"
+)
+#: what an iteration that stops early leaves in a derivative is its last correction, by which it
+#: jumps, times the number of corrections, which is seldom more; smaller jumps are no cause
+ITERATIONS = 100
 
 
 def judge(case: Case, found: FoundOfNumbers) -> Verdict:
@@ -44,29 +53,27 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
             said += "or its rows are interpolated. A row is the end of a run of so many steps."
         return Verdict("fail", said, expected)
     if wrong := _wrong(case, rows):
-        return Verdict("fail", wrong, expected)
+        return replace(wrong, expected=expected)
     unkept = _volume(case, rows)
     if unkept and (reason or certain == 0):
-        return Verdict("fail", unkept, expected)
+        return replace(unkept, expected=expected)
     if reason:
         if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
         demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
         return Verdict("pass", "", {**expected, "not_demanded": reason, "demanded": demanded})
-    rough = ""
-    if noise:
-        rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "
-        rough += "with a loose stop does"
+    rough = f"; {_ROUGH.format(noise)}" if noise else ""
     if certain > rounded(case):
         row = max(rows, key=lambda r: r.certain or 0.0)
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
         said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
-        return Verdict("fail", f"{said}{rough}.", expected)
+        return Verdict("fail", said + rough * (noise * ITERATIONS >= certain) + ".", expected)
     run = found.run
     if run.broken:
         said = f"single steps keep the form, but a run does not: after {run.broken} steps of "
         said += f"{run.step:.3g} the defect over closed curves of starts is {run.certain:.2g} "
-        return Verdict("fail", f"{said}beyond every error{rough}.", expected)
+        said += f"beyond every error{rough * (noise * ITERATIONS * run.broken >= run.certain)}."
+        return Verdict("fail", said, expected, measured={"run": run.certain})
     left = expected["left"] = decisive(rows).left or 0.0
     if missing := [r for r in rows if r.certain is None]:
         said = f"{len(missing)} of {len(rows)} steps around the motion failed"
@@ -114,18 +121,19 @@ def _given_by(case: Case) -> list[str]:
     return [word for word in ("jacobian", "gradient") if getattr(case.rule, word, None) is not None]
 
 
-def _wrong(case: Case, rows: Sequence[OfNumbers]) -> str:
-    """Return why a program's own derivative is none of its steps, a sentence; or ""."""
+def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
+    """Return a fail if a program's own derivative is none of its steps."""
     found = [(each.off, k, each) for k, row in enumerate(rows) for each in row.derivatives]
     off, k, worst = max(found, key=lambda each: each[0], default=(0.0, 0, None))
     if worst is None or not off > rounded(case):
-        return ""
+        return None
     of = "step" if worst.what == "jacobian" else f"run of {STEPS} steps by {worst.by}"
-    return (
+    said = (
         f"its {worst.what} is not the derivative of its {of}: an entry is off by {off:.2g} of the "
         f"motion, beyond every error of the differences, at step {rows[k].step:.3g}, "
         f"t = {rows[k].time:.3g}."
     )
+    return Verdict("fail", said, measured={worst.what: off})
 
 
 def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
@@ -144,18 +152,19 @@ def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
     return ""
 
 
-def _volume(case: Case, rows: Sequence[OfNumbers]) -> str:
-    """Return why volume, if it is claimed, is not kept, a sentence; "" if it is kept."""
+def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
+    """Return a fail if volume is claimed and not kept."""
     if not _claims_volume(case):
-        return ""
+        return None
     of = [(row.volume.certain, k, row.volume) for k, row in enumerate(rows) if row.volume]
     certain, k, volume = max(of, key=lambda found: found[0], default=(0.0, 0, None))
     if volume is None or not certain > rounded(case):
-        return ""
-    return (
+        return None
+    said = (
         f"volume is not kept: a step changes it by {volume.measured:.2g}, beyond every error of "
         f"the differences, at step {rows[k].step:.3g}, t = {rows[k].time:.3g}."
     )
+    return Verdict("fail", said, measured={"volume": volume.measured})
 
 
 def _volume_unknown(case: Case, rows: Sequence[OfNumbers]) -> str:

@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Case = Result[Defects, Expected, Row]
-KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
+#: name, colour, mark, shift, filling, and the words of the axis
+KINDS = (
+    ("pullback", BLUE, "o", 0.14, BLUE, "● pullback"),
+    ("poisson", VERMILLION, "D", -0.14, PAPER, "◇ Poisson"),
+    ("run", VERMILLION, "s", -0.14, VERMILLION, "■ along a run"),
+)
 LEFT = 0.98
 RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room
 CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
@@ -48,7 +53,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         floor = axes.get_xlim()[0]
-        for kind, colour, marker, shift, fill in KINDS:
+        for kind, colour, marker, shift, fill, _ in KINDS:
             bars = [
                 (max(middle, floor), max(worst, floor), shift - spot)
                 for case, spot in zip(cases, spots, strict=True)
@@ -68,10 +73,11 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         axes.axvline(unit, color=MUTED, lw=0.6, ls=(0, (1, 1.6)))
         _above(axes, unit, "unit round-off", "right")
 
-    spoken = f"{title}: worst pullback and Poisson defects of {len(cases)} schemes on a log axis."
+    spoken = f"{title}: worst defects of the form of {len(cases)} schemes on a log axis."
     worst = max((v for c in cases for k in KINDS for v in _values(c, k[0])), default=None)
     spoken += f" The worst of all is {scientific(worst)}."
-    return Panel(title, "", "defect: ● pullback, ◇ Poisson", spoken, draw)
+    drawn = [kind[5] for kind in KINDS if any(_values(case, kind[0]) for case in cases)]
+    return Panel(title, "", "defect: " + ", ".join(drawn), spoken, draw)
 
 
 def _places(cases: Sequence[Case]) -> list[float]:

@@ -17,7 +17,8 @@ from .records import Expected, Row
 
 DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
-    "bracket under the map on the dual (hollow). A mark is the worst point of the trajectory, the "
+    "bracket under the map on the dual (hollow); a square is the defect after many steps of a "
+    "program whose single steps keep the form. A mark is the worst point of the trajectory, the "
     "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
     "verdict uses; under a force or a nonholonomic constraint no form is demanded, and its change "
     "is only shown (the table says how far it is from what the force does). Dotted: one unit of "
@@ -32,10 +33,11 @@ CONTROLS = (
 )
 
 
-NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
-         "volume": "volume", "residual": "residual", "constraint": "constraint",
-         "hidden": "hidden constraint", "contraction": "contraction rate",
-         "jacobian": "its jacobian", "gradient": "its gradient"}  # fmt: skip
+NAMES = {"pullback": "pullback", "poisson": "Poisson", "run": "along a run",
+         "change": "change less dθ_f", "volume": "volume", "residual": "residual",
+         "constraint": "constraint", "hidden": "hidden constraint",
+         "contraction": "contraction rate", "jacobian": "its jacobian",
+         "gradient": "its gradient"}  # fmt: skip
 
 
 def _got(case: Case) -> str:
@@ -53,10 +55,10 @@ def _demanded(case: Case) -> dict[str, Any]:
 
 
 def _short(case: Case) -> str:
-    """Return the largest defect; one that is no defect of a form is named."""
+    """Return the largest defect; one that is not of the form in a step is named."""
     found = {k: v for k, v in _demanded(case).items() if number(v) is not None}
     worst = max(found, key=lambda k: found[k], default="")
-    return (f"{NAMES[worst]} " if worst in ("residual", "constraint") else "") + largest(found)
+    return (f"{NAMES[worst]} " if worst not in ("", "pullback", "poisson") else "") + largest(found)
 
 
 def _wanted(case: Case) -> str:
@@ -71,7 +73,7 @@ def _compared(case: Case) -> dict[str, Any]:
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     sound = precisions([case for case in cases if not case.control])
     panels = [
-        plot.defects(f"{digits} digits", same, dict(titles), digits)
+        plot.defects(f"Symplectic form, {digits} digits", same, dict(titles), digits)
         for digits, same in sound.items()
     ]
     sheet = plot.sheet(max(sound.values(), key=len, default=[]))
@@ -87,9 +89,6 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 VIEW = View(
     expected=Expected, row=Row,
-    columns=[
-        measured_column(key)
-        for key in ("pullback", "poisson", "change", "residual", "constraint", "contraction")
-    ],
+    columns=[measured_column(key, head[:1].upper() + head[1:]) for key, head in NAMES.items()],
     got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
 )  # fmt: skip

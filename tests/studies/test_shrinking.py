@@ -14,6 +14,7 @@ from discmech.studies import get
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Case, Verdict
 from discmech.studies.core.one_case import run_case
+from discmech.studies.core.outcome import STEPS_ARE_OFF
 from discmech.studies.core.shrinking import size, smallest
 
 SMALLER = True
@@ -32,11 +33,11 @@ def other(L, G, x, u, h):
 
 
 def judged(monkeypatch, fails):
-    """The momentum study, replaced by a law on cases."""
+    """The momentum study, replaced by a law on cases; more steps measure more."""
     study = get("momentum")
 
     def measure(case, progress):
-        return {"measured": {"drift": {"n": 1.0}}, "rows": []}
+        return {"measured": {"drift": {"n": case.steps or 1000}}, "rows": []}
 
     def judge(case, measurement):
         return Verdict("fail", "it drifts.") if fails(case) else Verdict("pass")
@@ -78,6 +79,24 @@ def test_fewest_steps_simplest_scene_and_parameters_that_do_not_matter(monkeypat
     assert (small.scene, small.steps) == (simplest.name, 128)
     numbers = {k for k, v in simplest.parameters.items() if not isinstance(v, tuple)}
     assert set(small.whatever) <= numbers and small.reason == "it drifts."
+
+
+@pytest.mark.parametrize(("same", "why", "rows"), [
+    (1.0, "", []),  # what was measured does not ask for the steps
+    (None, STEPS_ARE_OFF, []),
+    (None, "", [{"steps": 8}, {"steps": 16}]),  # runs to one time, with ever shorter steps
+])  # fmt: skip
+def test_a_number_of_steps_that_makes_nothing_smaller_is_not_told(monkeypatch, same, why, rows):
+    study = judged(monkeypatch, lambda case: case.rule is other and case.scene.name == "harmonic")
+    judge = study.judging.judge
+
+    def measure(case, progress):
+        return {"measured": {"drift": {"n": same or case.steps or 1000}}, "rows": rows}
+
+    monkeypatch.setattr(study.measuring, "measure", measure)
+    monkeypatch.setattr(study.judging, "judge", lambda *of: replace(judge(*of), why=why))
+    small = made_small(study, Case("momentum", scenes.get("harmonic"), other, 16))
+    assert small is None or small.steps is None
 
 
 def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):

@@ -93,7 +93,8 @@ def case(w, order, size):
     rows = [SimpleNamespace(used=True, step=h, error=size * h**order) for h in (0.2, 0.1)]
     measured = SimpleNamespace(order=order + 1e-4)
     return SimpleNamespace(rule=f"mine:w={w}", named=None, scene="pendulum", digits=50,
-                           measured=measured, rows=rows, passed=True)  # fmt: skip
+                           measured=measured, rows=rows, passed=True,
+                           details=SimpleNamespace(duration=2.5))  # fmt: skip
 
 
 def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
@@ -105,14 +106,15 @@ def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
     assert "the best, w = 1/5, has the order 4, which 2 of them have" in curve.sentence
     assert curves(few[:2]) == [] and list(sketches(few[:2])) == []
     (sketch,) = sketches(few)
-    assert [panel.subtitle for panel in sketch.panels] == ["order", "C of error ≈ C h²"]
+    assert [panel.subtitle for panel in sketch.panels] == ["order", "C of error ≈ C h² at t = 2.5"]
     assert constant(few[0].rows, None) is None
 
 
 @pytest.mark.parametrize(("sizes", "word"), [
     ((0.1, 0.1, 0.1001), "w makes no difference, as all of 3 values have the order 2"),
-    ((0.1, 0.2, 0.3), "w = 0, has the order 2; its error constant is 0.1. It is an end of the ra"),
-    ((0.2, 0.1, 0.3), "w = 1, has the order 2; its error constant is 0.1."),
+    ((0.1, 0.2, 0.3),
+     "w = 0, has the order 2; its error constant is 0.1 at t = 2.5. It is an end of the range"),
+    ((0.2, 0.1, 0.3), "w = 1, has the order 2; its error constant is 0.1 at t = 2.5."),
 ])  # fmt: skip
 def test_a_best_value_at_the_end_and_none_at_all_are_said(sizes, word):
     (curve,) = curves(case(str(w), 2, size) for w, size in enumerate(sizes))
@@ -126,7 +128,7 @@ def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys
     assert main([*words, "--digits", "16", "--steps", "64", "--folder", str(folder)]) == 0
     told = capsys.readouterr().out
     assert "of 3 values of w the best, w = 1/2, has the order 2, which 1 of them has" in told
-    assert "Error constant" in told
+    assert "Error constant" in told and "at t = 10." in told
     assert (folder / "figures" / "order-varied.svg").is_file()
     assert "--vary w=1/3,1/2,2/3" in (folder / "index.html").read_text("utf-8")
 
@@ -140,7 +142,7 @@ def test_a_rule_or_one_of_its_values_has_a_label_and_its_curve(mine, tmp_path, l
     words += ["--digits", "16", "--steps", "64", "--label", label, "--folder", str(tmp_path)]
     assert main(words) == 0
     table = (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
-    assert f"\n{row} & 2.000" in table and "harmonic, C" in table and "h$^{2}$" in table
+    assert f"\n{row} & 2.000" in table and "harmonic, C" in table and "h$^{2}$ at t = 10" in table
     assert title.lower() in (tmp_path / "figures" / "order-varied.svg").read_text("utf-8").lower()
 
 

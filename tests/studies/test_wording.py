@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from discmech.studies.core.outcome import NOT_CONSISTENT, OF_LINE, STEPS_ARE_OFF
+from discmech.studies.core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
 from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
 from discmech.studies.report.summary import headline, merged
@@ -27,6 +27,15 @@ def test_terminal_table_ends_with_the_failures() -> None:
         tables.print_result(console, read(*spoiled())[0])
     shown = capture.get()
     assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
+
+
+def test_values_of_a_number_stay_in_their_order_in_the_terminal_s_table() -> None:
+    cases = [{"scene": "pendulum", "rule": f"mine:w={w}", "verdict": said, "measured": {"order": 2}}
+             for w, said in ((0, "fail"), (1, "pass"), (2, "fail"))]  # fmt: skip
+    for command, order in (("discmech order --vary w=0:2:3 pendulum", "012"), ("", "102")):
+        (result,) = read({"study": "order", "command": command, "cases": cases})
+        rules = tables.terminal_table(result).columns[0].cells
+        assert [str(cell)[-1] for cell in rules] == [*order]
 
 
 def test_what_all_rows_of_a_table_share_is_told_once_and_a_peer_is_said_to_be_one() -> None:
@@ -228,11 +237,3 @@ def test_a_drift_above_its_limit_that_passes_is_told_with_why():
     assert tables.short(shown) == "oscillates by 8.1×10⁻⁶"
     for other in ({"verdict": "fail"}, {"measured": case["measured"] | {"drift": 8e-7}}):
         assert "edges" not in tables.got(result_of("energy", case | other))
-
-
-def test_a_failure_s_line_has_one_drift():
-    """It is the line's where the reason speaks of the line, not the modified energy's."""
-    case = {"verdict": "fail", "why": OF_LINE, "duration": 1e4, "expected": {"slope_limit": 1e-5},
-            "measured": {"drift": -1.14, "band": 3.63, "slope": 3.6e-4}}  # fmt: skip
-    shown = result_of("energy", case)
-    assert "a drift of 3.6 and" in tables.got(shown) and tables.short(shown) == "drifts by 3.6"

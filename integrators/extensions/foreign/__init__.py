@@ -19,9 +19,10 @@ from .external import external
 from .program import ProgramFailure
 from .recorded import Recorded, RecordedScheme, recorded
 from .scene_in_numbers import SceneInNumbers
+from .states import State
 
 __all__ = [
     "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Derivative", "MapOfRows", "Noise",
-    "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "black_box", "derivative",
-    "external", "guarded", "images", "jump_on", "noise_of", "recorded", "shifted",
+    "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "State", "black_box",
+    "derivative", "external", "guarded", "images", "jump_on", "noise_of", "recorded", "shifted",
 ]  # fmt: skip

@@ -133,7 +133,11 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
             slope = np.nanmax(np.abs(np.diff(line, axis=0)), axis=0) / width
         rounding = ARGUMENT * unit * (np.nan_to_num(slope, posinf=0.0) + reach)
         found = 1.5 * usual * DEVIATION
-        level = np.where(found > smooth * reach, np.maximum(level, found), level)
+        if (noisy := found > smooth * reach).any():  # noise stays on a finer line; near a pole a
+            # smooth map has differences as large, which fall with the sixth power of the spacing
+            half = [z + (i - LINE // 2) / 2 * width * way for i in range(LINE)]
+            noisy &= _sixth(images(f, half)).max(axis=0) > usual / 3
+        level = np.where(noisy, np.maximum(level, found), level)
         beyond = most > np.maximum(
             np.maximum(smooth * reach, rounding),
             2 * FARTHEST * np.maximum(usual, level / DEVIATION),

@@ -405,6 +405,7 @@ def beginning(f, off, **more):
         later=zero,
         parts={},
         others={},
+        misread={},
         span=np.abs(field).max() * np.ones(2),
         moved=(zero, zero),
         **more,

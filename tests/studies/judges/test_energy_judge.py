@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from discmech.studies import get
-from discmech.studies.core.outcome import OF_LINE
+from discmech.studies.core.outcome import Measurement
 from discmech.studies.core.result import result_of
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
 from discmech.studies.energy.limits import LIMITS
-from discmech.studies.report.tables import wanted
+from discmech.studies.report.tables import short, wanted
+from discmech.studies.report.wording import scientific
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
 
@@ -30,11 +31,17 @@ def test_a_slope_may_explain_a_tenth_of_the_band():
         assert f"drifts by {100 * slope:.2g}" in reason
 
 
-def test_what_the_line_through_all_errors_shows_is_said_so():
-    measured = {"band": 1e-2, "slope": 1e-4, "slope_interval": (1, 2), "edge_slopes": None}
-    told = get("energy").judge(case(), {"measured": measured, "duration": 100.0, "band": 1e-2,
-                                        "slope": 1e-4})  # fmt: skip
-    assert (told.verdict, told.why) == ("fail", OF_LINE)
+@pytest.mark.parametrize(("slope", "drifts", "drift"), [
+    (1e-4, [], 1e-2), (0.0, [[100.0, 1e-5, 0.9e-5, 1.1e-5], [800.0, 2e-5, 1e-5, 3e-5]], 0.016),
+])  # fmt: skip
+def test_the_drift_that_fails_is_the_one_that_is_shown(slope, drifts, drift):
+    """Whatever the modified energy measures, as of a run too wide for it."""
+    measured = {"band": 1e-2, "slope": slope, "slope_interval": (1, 2), "edge_slopes": None}
+    given = {"measured": measured | {"drift": 1e-9}, "duration": 100.0, "drifts": drifts}
+    told = get("energy").judge(case(), Measurement.of_json(given))
+    assert told.verdict == "fail" and f"drifts by {drift:.2g} over" in told.reason
+    shown = {"verdict": "fail", "why": told.why, "measured": {**given["measured"], **told.measured}}
+    assert short(result_of("energy", shown)) == f"drifts by {scientific(drift)}"
 
 
 def test_a_slope_of_round_off_is_none():

@@ -4,6 +4,11 @@ import math
 
 import pytest
 
+from discmech import black_box
+from discmech.studies import get
+from discmech.studies.core.outcome import Measurement
+from discmech.studies.core.result import result_of
+from discmech.studies.report.tables import columns, got, short
 from discmech.studies.symplecticity import limits as symplecticity
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
@@ -60,6 +65,28 @@ def test_a_control_is_caught_a_thousandfold(digits, least):
     measured = {"pullback": 0.0, "poisson": BELOW * 0.99 * least}
     verdict, reason, _ = judged("symplecticity", of, measured=measured, rows=[])
     assert verdict == "fail" and f"its defect is {0.99 * least:.2g}" in reason
+
+
+@pytest.mark.parametrize(("fault", "claims", "key", "shown"), [
+    ({"run": {"steps": 256, "broken": 64, "certain": 0.0065}}, {"symplectic": True}, "run",
+     "along a run 6.5×10⁻³"),
+    ({"volume": {"certain": 0.02, "measured": 0.03}}, {"keeps": ("volume",)}, "volume",
+     "volume 0.03"),
+    ({"derivatives": [{"what": "jacobian", "off": 0.04}]}, {"symplectic": True}, "jacobian",
+     "its jacobian 0.04"),
+])  # fmt: skip
+def test_the_number_that_fails_a_program_is_among_those_that_are_shown(fault, claims, key, shown):
+    row = {"step": 0.1, "time": 2.0, "poisson": 4e-16, "certain": 0.0, "resolution": 1e-13,
+           "left": 1.0, "noise": 1e-12} | fault  # fmt: skip
+    measured = {"poisson": 4e-16, "certain": 0.0, "resolution": 1e-13, "residual": 0.0}
+    box = black_box(order=2, **claims)(lambda q, p, h: (q, p))
+    given = {"measured": measured, "rows": [row], "run": fault.get("run", {})}
+    told = get("symplecticity").judge(case(rule=box, s=None), Measurement.of_json(given))
+    assert told.verdict == "fail" and "not smooth" not in told.reason
+    figures = {**measured, **told.measured}
+    result = result_of("symplecticity", {"verdict": "fail", "measured": figures})
+    assert key in told.measured and short(result) == shown and shown in got(result)
+    assert any(text(result) == shown.rpartition(" ")[2] for _, text in columns("symplecticity"))
 
 
 def test_a_step_back_is_the_inverse():

@@ -170,6 +170,7 @@ def test_a_wrong_coefficient_of_a_composition_is_seen():
 
     class Off(type(triple)):
         method = SimpleNamespace(name="triple", order=4, defect=lambda digits: 2 * 10.0**-13)
+        name = "off"
 
     wrong = object.__new__(Off)
     verdict, reason, _ = order_of(4.0, case(order=4, rule=wrong))
@@ -203,6 +204,13 @@ def test_one_step_denies_what_runs_do_not_see():
     assert below.startswith("order 1.500 is below") and "higher than declared" not in below
     above = order_of(3.0, local=local(2 + 1.01 * beside))
     assert above[0] == "fail" and "higher than declared" in above[1]
+    # the claim of a rule with an open number is that of all its values, among which one looks for
+    # a better one
+    value = case(rule=replace(rule("midpoint"), name="mine:w=1/6"))
+    told = order_of(4.0, value, local=local(4.0))
+    assert told[0] == "pass" and told[1].startswith("order 4.000, above the claimed 2")
+    assert told[2]["or_above"] and order_of(1.0, value, local=local(1.0))[0] == "fail"
+    assert order_of(4.0, value, local=local(1.0))[0] == "fail"
     assert "higher than declared" not in order_of(3.0, local=local(2 + 0.99 * beside))[1]
     assert "higher than declared" not in order_of(1.5, local=local(3.0))[1]
     assert "higher than declared" not in order_of(None, rows=ladder([1e-3]), local=local(3.0))[1]
@@ -246,8 +254,8 @@ def test_an_error_is_bent_where_round_off_moves_it_off_a_line(digits, straight):
 
 def test_recorded_runs_are_excused_by_a_motion_that_enlarges_errors():
     """Only where the growth was measured, and is large; the steps have their order in both."""
-    held = SimpleNamespace(order=2, effective=None, method=None, is_recorded=True, is_formula=False,
-                           runs_at=lambda digits: digits == 16,
+    held = SimpleNamespace(name="rows", order=2, effective=None, method=None, is_recorded=True,
+                           is_formula=False, runs_at=lambda digits: digits == 16,
                            unit=lambda digits: 2.0**-53)  # fmt: skip
     rows = ladder([0.5, 0.48, 0.5, 0.49])
     told = [order_of(None, case(rule=held), rows=rows, local={"order": 2.0}, grown=grown)

@@ -112,6 +112,23 @@ def test_the_round_off_near_a_pole_is_no_jump():
         assert not noise_of(flow.map_of(), z, scale, 2.0**-53, seed).jump.any()
 
 
+@pytest.mark.parametrize(("stop", "noisy"), [(1e-9, True), (0.0, False)])
+def test_a_smooth_map_near_a_pole_has_no_noise_but_an_iteration_that_stops_early_has(stop, noisy):
+    """Its sixth differences are as large as those of noise, and sink on a finer line."""
+
+    def root(z):
+        guess = 1.0
+        for _ in range(200):
+            guess, before = (guess + 1 / (abs(z[0]) * guess)) / 2, guess
+            if abs(guess - before) <= stop * guess:
+                break
+        return np.array([guess + stop * np.sin(1e7 * z[0])])
+
+    level = max(noise_of(root, np.array([0.05]), np.ones(1), 2.0**-53, k).level[0]
+                for k in range(8))  # fmt: skip
+    assert bool(level > 1e-12) is noisy
+
+
 def test_a_small_coordinate_is_seen_beside_a_large_one():
     """The derivative of what a large coordinate rounds, by one that moves a millionth of it."""
     scale = np.array([1e-6, 1.0])

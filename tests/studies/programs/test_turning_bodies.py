@@ -72,25 +72,70 @@ def test_the_form_along_a_run_is_that_of_the_attitude_and_its_momentum(name, kep
     assert (found.broken == 0 and found.seen == 64) is kept
 
 
-#: the cause → a step of attitude and momentum, by the turn exp(h ω) of the velocity in the body
-SIDES = {
-    "velocity from the left": lambda R, p, turn: (turn @ R, turn.T @ p),
-    "attitude transposed": lambda R, p, turn: (turn.T @ R, turn.T @ p),
-    "momentum in space": lambda R, p, turn: (R @ turn, p),
-    "factor": lambda R, p, turn: (R @ turn @ turn, turn.T @ p),
-}
+def step(R, w, h, system):
+    """A sound step of attitude and velocity in the body, of order 1."""
+    inertia = np.array(list(system.parameters.inertia), dtype=float)
+    turn = Rotation.from_rotvec(h * w).as_matrix()
+    return R @ turn, turn.T @ (inertia * w) / inertia, inertia
 
 
-@pytest.mark.parametrize(("cause", "turned"), [
-    pytest.param(*pair, marks=[pytest.mark.slow] * (k > 0)) for k, pair in enumerate(SIDES.items())
+def other_side(R, w, h, system):
+    return Rotation.from_rotvec(h * w).as_matrix() @ R, step(R, w, h, system)[1]
+
+
+def transposed(R, w, h, system):
+    after, w_after, _ = step(R.T, w, h, system)
+    return after.T, w_after
+
+
+def space(R, w, h, system):
+    after, w_after, _ = step(R, R.T @ w, h, system)
+    return after, after @ w_after
+
+
+def from_body_to_space(R, w, h, system):
+    after, w_after, _ = step(R, w, h, system)
+    return after, after @ w_after
+
+
+def momenta(R, w, h, system):
+    after, w_after, inertia = step(R, system.velocity(R, w), h, system)
+    return after, inertia * w_after
+
+
+def in_space(R, p, h, system):
+    return step(R, system.velocity(R, R.T @ p), h, system)[0], p
+
+
+def twice(R, w, h, system):
+    return step(R, 2 * w, h, system)[0], step(R, w, h, system)[1]
+
+
+def w_last(q, w, h, system):
+    after, w_after, _ = step(Rotation.from_quat(q).as_matrix(), w, h, system)
+    return Rotation.from_matrix(after).as_quat(), w_after
+
+
+def conjugate(q, w, h, system):
+    after, w_after, _ = step(Rotation.from_quat(q, scalar_first=True).as_matrix(), w, h, system)
+    return Rotation.from_matrix(after.T).as_quat(scalar_first=True), w_after
+
+
+@pytest.mark.parametrize(("cause", "state", "formula"), [
+    pytest.param(*one, marks=[pytest.mark.slow] * (k > 1)) for k, one in enumerate([
+        ("velocity in space", "Rv", from_body_to_space),
+        ("quaternion with w last", "quaternion v", w_last),
+        ("velocity from the left", "Rv", other_side),
+        ("attitude transposed", "Rv", transposed),
+        ("attitude transposed", "quaternion v", conjugate),
+        ("velocity in space", "Rv", space),
+        ("momentum in space", "Rp", in_space),
+        ("momenta for velocities", "Rv", momenta),
+        ("factor", "Rv", twice),
+    ])
 ])  # fmt: skip
-def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause, turned):
-    @black_box(order=1, state="Rp")
-    def body(R, p, h, system):
-        in_body = R.T @ p if cause == "momentum in space" else p
-        turn = Rotation.from_rotvec(h * system.velocity(R, in_body)).as_matrix()
-        return turned(R, p, turn)
-
+def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause, state, formula):
+    body = black_box(order=1, state=state)(formula)
     assert of_step(Case("order", BODY, body, 16))["cause"] == cause
 
 
