@@ -10,8 +10,11 @@ from scipy.linalg import expm
 from discmech import BadInput, Scheme, black_box, scenes
 from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices.scenes.linkages import rods
 from discmech.integrators.extensions.steps import vary
 from discmech.integrators.runs import checkpoint
+from tests.integrators.extensions.lattices.test_bodies_as_sites import SITES
+from tests.integrators.extensions.lattices.test_lattices import SCATTERED, fput
 
 
 class Killed(BaseException):
@@ -55,6 +58,7 @@ def stiffening():
     )  # fmt: skip
 
 
+LISTED = {"bonds": SCATTERED, "parameters": {"alpha": "1/4", "mass": 2, "stiff": 1}, "fixed": [0]}
 #: a first step of a rigid body, farther than half of a quarter turn
 FAR = expm(np.array([[0, -1.2, 0.3], [1.2, 0, 0], [-0.3, 0, 0]]))
 #: one flow of each kind: (flow, number of steps, every, its start)
@@ -79,6 +83,15 @@ FLOWS = {
     "sites, 30 digits": (
         lambda: Scheme(systems.rotors(4), rules.get("midpoint")).flow("1/20", 30), 20, 3
     ),
+    "sites by stages": (lambda: Scheme(fput(), rules.get("gauss-3")).flow("1/20"), 40, 10),
+    "sites by stages, listed": (lambda: Scheme(fput("list", **LISTED), rules.get("gauss-3"))
+                                .flow("1/20"), 40, 10),
+    "bodies by stages": (lambda: Scheme(SITES["group"](), rules.get("gauss-3")).flow("1/20"),
+                         40, 10),
+    "jointed sites": (lambda: Scheme(rods(3), rules.get("trapezoidal")).flow("1/50"), 20, 5),
+    "jointed sites, 50 digits": (
+        lambda: Scheme(rods(3), rules.get("trapezoidal")).flow("1/50", 50), 20, 5
+    ),
     "degenerate": (lambda: flow_of("vortex-pair", "projected-gauss-1"), 40, 3),
     "sites with contact": (
         lambda: Scheme(systems.bead_chain(8), rules.get("midpoint")).flow("1/50"), 40, 3
@@ -92,7 +105,8 @@ FLOWS = {
 }  # fmt: skip
 
 
-QUICK = ("Newton", "50 digits", "shrink", "located", "program")
+QUICK = ("Newton", "50 digits", "shrink", "located", "program", "sites by stages",
+         "jointed sites, 50 digits")  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -119,7 +133,9 @@ def written(run):
             for name, value in found.items()}  # fmt: skip
 
 
-@pytest.mark.dear(but=("Newton", "located"))
+@pytest.mark.dear(
+    but=("[Newton]", "[located]", "[program]", "[sites by stages]", "jointed sites, 50")
+)
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.slow) for kind in FLOWS]
 )

@@ -121,30 +121,6 @@ def test_compositions_have_no_single_step():
         flow.poisson_defect(None, None)
 
 
-@pytest.mark.parametrize("rule", [rectangle, trapezoidal, midpoint], ids=lambda r: r.name)
-def test_a_ring_keeps_its_momentum(rule):
-    """Each force is added to one rotor and taken from its neighbour, so only sums are rounded."""
-    steps = 2000
-    run = Scheme(systems.rotors(50), rule).flow("1/20").trajectory(steps, 100)
-    total, size = run.mu.sum(axis=(1, 2)), abs(run.mu).sum(axis=(1, 2)).max()
-    assert abs(total - total[0]).max() < size * EPS * 4 * np.sqrt(steps)  # random roundings
-
-
-def energy_of_fput(x, mu, alpha=0.25, beta=0.1):
-    r = np.diff(x[..., 0])
-    spring = r**2 / 2 + alpha * r**3 / 3 + beta * r**4 / 4
-    return (mu**2).sum(axis=(1, 2)) / 2 + spring.sum(axis=1)
-
-
-@pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
-def test_energy_does_not_drift(rule):
-    """In ten times the time a drift would be ten times as large, a random walk √10 times."""
-    run = Scheme(systems.fput(64, mode=3), rule).flow("1/10").trajectory(50_000, 20)
-    energy = energy_of_fput(run.x, run.mu)
-    errors = abs(energy / energy[0] - 1)
-    assert errors.max() < 2 * errors[: len(errors) // 10].max()
-
-
 PLACES = np.linspace(-20, 20, 161)
 
 

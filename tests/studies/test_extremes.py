@@ -34,13 +34,6 @@ def test_outcomes_by_their_criteria():
     assert WRONG == 1e-2
 
 
-def test_without_a_reference_and_without_a_sign_nothing_is_proven():
-    row = {"z": 0.1, "outcome": "no reference", "noticed": "", "error": None, "estimate": 0.0}
-    verdict = get("extremes").judge(None, {"rows": [row]})
-    assert verdict.verdict == "inconclusive" and "no reference says" in verdict.reason
-    assert get("extremes").judge(None, {"rows": [row | {"noticed": "energy"}]}).verdict == "pass"
-
-
 def test_sizes_of_extreme_vectors():
     import numpy as np
 

@@ -6,10 +6,9 @@ import json
 
 import pytest
 
-from discmech import BadInput, check, scenes
+from discmech import BadInput, check
 from discmech.integrators.rules import MAPS, get
 from discmech.studies.core.case import Choice
-from tests.studies.cached_results import measured
 
 MINE = '''"""Two maps: of order four, and one that is singular."""
 from discmech import one_step
@@ -60,29 +59,6 @@ def test_rules_that_no_one_asks_for_do_not_join_in():
         get("runge-kuta-4")
 
 
-ENERGY_OR_STRUCTURE = [
-    "average-vector-field", "discrete-gradient", "implicit-midpoint", "runge-kutta-4",
-]  # fmt: skip
-
-
-@pytest.mark.slow
-def test_energy_and_structure_are_different_things():
-    """The average vector field keeps energy and fails Ω, the midpoint on pair(n) the reverse."""
-    names = ENERGY_OR_STRUCTURE
-    energy = check("energy", ["pendulum"], names, steps=4000)
-    bands = {c["rule"]: c["measured"]["band"] for c in energy["cases"]}
-    assert max(bands[n] for n in names[:2]) < 1e-13 < 1e-8 < bands["implicit-midpoint"]
-    assert {c["rule"]: c["verdict"] for c in energy["cases"]}["runge-kutta-4"] == "fail"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("digits", [50, pytest.param(16, marks=pytest.mark.slow)])
-def test_structure_is_told_from_energy_at_both_precisions(digits):
-    found = [measured("symplecticity", "pendulum", name, digits, 8)["verdict"]
-             for name in ENERGY_OR_STRUCTURE[1:]]  # fmt: skip
-    assert found == ["fail", "pass", "fail"]
-
-
 @pytest.mark.slow
 def test_the_midpoint_on_a_lie_poisson_system_is_caught():
     """It keeps energy and Casimirs of the rigid body, and no bracket."""
@@ -92,14 +68,6 @@ def test_the_midpoint_on_a_lie_poisson_system_is_caught():
     assert "one-step map itself" in case["diagnosis"]["sentence"]
     (kept,) = verdicts("energy", "rigid-body", ["implicit-midpoint"], steps=5000).values()
     assert kept == "pass"
-
-
-@pytest.mark.slow
-def test_what_moves_by_the_group_keeps_momenta_and_casimirs():
-    """With the attitude as base too: spatial angular momentum, |μ|²."""
-    names = ("rkmk-4", "runge-kutta-4")
-    found = verdicts("momentum", "rigid-body", names, digits=[16], steps=3000)
-    assert found == {"rkmk-4": "pass", "runge-kutta-4": "fail"}
 
 
 def test_where_a_map_has_no_meaning_it_is_no_failure():
@@ -150,15 +118,6 @@ def test_run_list_and_explain(ask):
     assert code == 0 and "one-step map" in out and "self-adjoint (derived)" in out
     code, out, _ = ask("list")
     assert "one step maps:" in out and "  rkmk-4" in out
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [m for m in MAPS if m != "dual-gauss-3"])
-def test_orders_against_certified_references(name):
-    at = ("kepler", "rigid-body", "heavy-top", "lotka-volterra-half")
-    where = [s for s in at if MAPS[name].applies(scenes.get(s))]
-    found = check("order", where, [name], [50])
-    assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
 
 
 def test_constraints_are_refused_in_a_sentence(ask):

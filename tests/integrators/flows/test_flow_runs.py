@@ -29,6 +29,7 @@ SOME = [
     ("rigid-body", "midpoint"),
     ("heavy-top", "trapezoidal"),
     ("affine-on-line", "rectangle"),
+    ("pendulum", "triple-jump:trapezoidal"),
 ]
 some_schemes = pytest.mark.parametrize(("scene", "rule"), named(SOME))
 

@@ -145,45 +145,6 @@ def test_poisson_and_self_adjoint(scene, rule):
         assert forth.poisson_defect(run.x[0], run.mu[0], bracket_sign=-1) > 1e-25
 
 
-@cases
-def test_orders_as_measured(scene, rule):
-    """Richardson's quotients at 50 digits, against a run of the same composition."""
-    of = flow_of(scene, rule).scheme
-    ends = []
-    step = SCENES[scene].step
-    for halvings in (0, 1, 4):
-        steps = 4 * 2**halvings
-        run = of.flow(step / 2**halvings / 4, DIGITS).trajectory(steps, steps)
-        ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
-    with mpmath.workdps(60):
-        errors = [max(abs(end - ends[-1])) for end in ends[:2]]
-        assert float(mpmath.log(errors[0] / errors[1], 2)) == pytest.approx(of.order, abs=0.12)
-
-
-@pytest.mark.parametrize(("scene", "rule"), [CASES[0], CASES[1]])
-def test_compiled_runs(scene, rule):
-    """Double precision is 50 digits rounded; rows, pieces and starts are as of every flow."""
-    short, long = (flow_of(scene, rule, 1, digits).trajectory(12) for digits in (16, 50))
-    for part in ("x", "u", "mu"):
-        assert np.abs(getattr(short, part) - getattr(long, part).astype(float)).max() < 1e-13
-    f = flow_of(scene, rule, 1, 16)
-    sparse = f.trajectory(12, 4)
-    assert np.array_equal(sparse.mu, short.mu[::4])
-    assert np.array_equal(sparse.u, short.u[::4])
-    assert np.array_equal(sparse.iterations, short.iterations[::4])
-    assert sparse.newton_max == short.newton_max
-    rest = f.trajectory(6, x0=short.x[6], mu0=short.mu[6])
-    assert np.abs(rest.mu - short.mu[6:]).max() < 1e-13
-
-
-def test_a_run_in_pieces_is_the_run_in_one():
-    f = flow_of("pendulum", "triple-jump:trapezoidal", 1, 30)
-    done = []
-    long = f.trajectory(140, progress=done.append)
-    assert len(done) > 1
-    assert np.array_equal(long.mu[:31], f.trajectory(30).mu)
-
-
 def test_compositions_of_a_rule_share_their_kernels():
     one, two = (flow_of("pendulum", f"{m}:trapezoidal", 1, 16) for m in ("suzuki", "kahan-li-6"))
     assert (

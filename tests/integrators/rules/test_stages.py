@@ -169,20 +169,6 @@ def test_a_rule_by_hand_is_the_family_s():
 # -- structure ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("scene", "rule"), CASES)
-def test_symplectic_poisson_and_inverse(scene, rule):
-    f = flow_of(scene, rule)
-    with mpmath.workdps(60):
-        run = f.trajectory(2)
-        for row in (0, 2):
-            assert f.pullback_defect(run.x[row], run.u[row]) < 1e-45
-            assert f.poisson_defect(run.x[row], run.mu[row]) < 1e-45
-        y, v = f.evolve(run.x[0], run.u[0])
-        assert close([*y, *v], [*run.x[1], *run.u[1]])
-        x, u = f.devolve(y, v)
-        assert close([*x, *u], [*run.x[0], *run.u[0]], 1e-43)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", [
     "pendulum", *(pytest.param(s, marks=pytest.mark.slow) for s in ("rigid-body", "heavy-top"))
@@ -314,23 +300,6 @@ def test_velocities_of_curves_have_their_order_in_every_chart():
 
 
 # -- kernels --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("scene", "rule"),
-    [("pendulum", "gauss-3"), pytest.param("rigid-body", "gauss-2", marks=pytest.mark.slow)],
-)
-def test_double_precision_is_50_digits_rounded(scene, rule):
-    """Also where nodes are alike and share a function, in three pieces and with rows left out."""
-    short = flow_of(scene, rule, digits=16).trajectory(20)
-    long = flow_of(scene, rule).trajectory(20)
-    for part in ("x", "u", "mu"):
-        gap = np.abs(getattr(short, part) - getattr(long, part).astype(float))
-        assert gap.max(initial=0) < 2e-14
-    assert 1 < short.newton_mean < 12  # sweeps of a fixed point
-    sparse = flow_of(scene, rule, digits=16).trajectory(20, 5)
-    assert np.array_equal(sparse.mu, short.mu[::5])
-    assert short.u.shape == (21, len(SCENES[scene].v0))
 
 
 def test_an_affine_system_takes_one_correction():

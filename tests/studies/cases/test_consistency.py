@@ -27,9 +27,6 @@ of_form, of_order = _loaded("form"), _loaded("order")
 CASES = [
     ("symplecticity", "pendulum", of_order.heavy, 24), ("energy", "pendulum", of_form.nothing, 500),
     ("momentum", "spherical-pendulum", of_order.heavy, 200),
-    pytest.param("energy", "pendulum", of_order.heavy, 2000, marks=pytest.mark.slow),
-    pytest.param("momentum", "kepler", of_order.fast_clock, 200, marks=pytest.mark.slow),
-    pytest.param("momentum", "kepler", of_form.nothing, 200, marks=pytest.mark.slow),
 ]  # fmt: skip
 
 

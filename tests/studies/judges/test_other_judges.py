@@ -91,6 +91,23 @@ def test_each_law_of_contact_holds_to_round_off(law):
         assert verdict == "fail" and reason.startswith(f"located, {contact.WORDS[law]}: {law} is")
 
 
+#: a single step between impacts
+STEP = bounce()["local"] | {"exact": False, "unknown": "", "seed": 1}
+
+
+@pytest.mark.parametrize(("change", "verdict", "words"), [
+    ({"local": {**STEP, "order": 0.0}}, "fail", "between impacts, of"),
+    ({"local": {**STEP, "order": 1.0}}, "fail", "of order 1.00 in x[0], below the expected 2"),
+    ({"local": {**STEP, "order": None, "unknown": "why"}}, "inconclusive", "why"),
+    ({"touched": False}, "inconclusive", "no gap ever closes"),
+    ({"scaled": ["gap 0 is no distance"]}, "inconclusive", "distance"),
+    ({"apart": "impact 2 of the located run"}, "inconclusive", "impact 2"),
+])  # fmt: skip
+def test_what_is_asked_of_contact_beside_its_laws(change, verdict, words):
+    told = contact_of(**change)
+    assert told[0] == verdict and words in told[1]
+
+
 def test_what_is_expected_of_contact():
     expected = {"limit": contact.limit(16), "slip": 0.125, "late": 1.0, "order": 1.6}
     assert contact_of() == ("pass", "", expected | {"local_order": 2.0})

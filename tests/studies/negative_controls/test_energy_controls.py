@@ -74,30 +74,6 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_in_order_and_energy(
     assert found["verdict"] == "fail" and said in found["reason"]
 
 
-def rubbed(friction):
-    """The implicit midpoint rule with a friction that takes that share of μ in a unit of time."""
-
-    @one_step(order=2, implicit=True, name=f"rubbed-{friction}")
-    def rule(s, z, Z, h):
-        middle = (z + Z) / 2
-        _, mu = s.split(middle)
-        lost = s.join([0] * s.n, sympy.Rational(friction) * mu)
-        return Z - z - h * (s.f(middle) - lost)
-
-    return rule
-
-
-@pytest.mark.slow
-@pytest.mark.dear("1e-8-fail", "0-pass")
-@pytest.mark.parametrize(
-    ("friction", "verdict"), [("0", "pass"), ("1e-7", "fail"), ("1e-8", "fail")]
-)
-def test_a_drift_that_is_certain_is_told_inside_the_band(friction, verdict):
-    """22 % and 3 % of the band over 20,000 steps, and as much a step in a longer run."""
-    found = measured("energy", "pendulum", rubbed(friction), 16, 20_000)
-    assert found["verdict"] == verdict, found["reason"]
-
-
 def test_neighbours_that_follow_one_another_promise_no_slope():
     """A slow wander is as good as a few points: its 95 % interval holds the slope 0 that it has."""
     t, held = np.arange(20_000.0), {"points": 0, "batches": 0}

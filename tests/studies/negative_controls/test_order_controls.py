@@ -50,13 +50,6 @@ def test_a_wrongly_declared_order_is_caught_from_both_sides(scene, rule, side, d
     assert f"is {side} the expected {rule.order}" in found["reason"]
 
 
-def test_an_order_left_out_is_measured_only():
-    found = result("order", "pendulum", discretisation(name="no-claim")(trapezoidal.formula), 50)
-    assert found["verdict"] == "measured" and found["expected"]["order"] is None
-    assert found["measured"]["order"] == pytest.approx(2, abs=0.01)
-    assert "no order" in found["expected"]["not_demanded"]
-
-
 def inconsistent(size):
     """The midpoint rule with a potential that is too large by the fraction size·h."""
 
@@ -66,13 +59,6 @@ def inconsistent(size):
         return h * L(middle, u) + size * h**2 * rest
 
     return discretisation(2, name=f"drifting-by-{float(size):g}")(formula)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", ["1/100000", pytest.param("1/1000000", marks=pytest.mark.slow)])
-def test_a_first_order_error_that_shows_late_is_no_round_off(size):
-    found = result("order", "pendulum", inconsistent(sympy.Rational(size)))
-    assert found["verdict"] == "fail", found["reason"]
 
 
 def perturbed(monkeypatch, size):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from discmech import Scene, Scheme, black_box, one_step, pair, scenes
-from discmech.integrators import rules
+from discmech import Scene, black_box, pair, scenes
 from discmech.studies.causes.one_step import of_step
 from discmech.studies.core.case import Case
 
@@ -23,12 +21,6 @@ WORTH = {
 }  # fmt: skip
 EVERY = {box.name: box for box in vars(methods).values() if hasattr(box, "claims")}
 SEPARABLE = ("pendulum", "harmonic", "kepler", "henon-heiles", "spring-pendulum")
-
-
-@pytest.mark.slow
-def test_what_a_method_is_worth():
-    found = verdicts("pendulum", methods.verlet, "order", "symplecticity", "reversibility")
-    assert found == ["pass"] * 3
 
 
 @pytest.mark.slow
@@ -89,18 +81,6 @@ def test_a_mistake_has_a_sentence_of_its_own(name, words):
 ])  # fmt: skip
 def test_the_resolution_of_the_form(scene, box):
     assert judged("symplecticity", scene, box, causes=False)["measured"]["resolution"] < 1e-11
-
-
-def test_the_same_verlet_as_program_as_map_and_as_rule():
-    @one_step(order=2, stages=1, groupoids="pair", name="stages")
-    def map_of_formulas(s, z, h, K):
-        return rules.MAPS["stoermer-verlet"].formula(s, z, h, K)
-
-    runs = [Scheme(scenes.get("kepler"), rule).flow("0.01").trajectory(500)
-            for rule in (methods.verlet, map_of_formulas, rules.trapezoidal)]  # fmt: skip
-    for run in runs[1:]:
-        assert np.abs(run.x - runs[0].x).max() < 1e-12
-        assert np.abs(run.mu - runs[0].mu).max() < 1e-12
 
 
 @pytest.mark.slow

@@ -47,23 +47,6 @@ def scheme(name):
     return Scheme(LATTICES[name](), trapezoidal)
 
 
-@pytest.mark.dear("tree", "16]")
-@pytest.mark.parametrize(("name", "digits"), [("rods", 16), ("tree", 16), ("rods", 50)])
-def test_a_killed_run_goes_on(tmp_path, monkeypatch, name, digits):
-    flow = scheme(name).flow("1/50", digits=digits)
-    monkeypatch.setattr("discmech.integrators.runs.checkpoint.SECONDS", 0)
-
-    def killed(done):
-        if done == 10:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        flow.trajectory(20, 5, checkpoint=tmp_path / "run", progress=killed)
-    run, whole = flow.trajectory(20, 5, checkpoint=tmp_path / "run"), flow.trajectory(20, 5)
-    assert abs(run.x - whole.x).max() < ROUND_OFF * 10.0 ** (16 - digits)
-    assert abs(run.multipliers - whole.multipliers).max() < ROUND_OFF * 50 * 10.0 ** (16 - digits)
-
-
 LOOSE = [[0, 0], [0.6, -0.8], [1.6, -0.9]]
 LENGTHS = [[0, 0], [0.5, 0], [1, 0], [2, 0]]
 

@@ -1,8 +1,5 @@
 """Runs on disk: they go on where they were killed, to the same numbers."""
 
-import os
-import subprocess
-import sys
 from contextlib import nullcontext
 from dataclasses import replace
 
@@ -14,61 +11,11 @@ from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.runs import checkpoint as module
 
 STEPS, EVERY = 60, 10
-KILLED = """
-import os
-from discmech import Scheme, {rule}
-from discmech.integrators.extensions.lattices import scenes as systems
-from discmech.integrators.runs import checkpoint
-checkpoint.SECONDS = 0
-Scheme({lattice}, {rule}).flow("1/20").trajectory(
-    60, 10, checkpoint={path!r}, progress=lambda done: os._exit(9) if done == 30 else None)
-"""
 
 
 @pytest.fixture(autouse=True)
 def save_at_once(monkeypatch):
     monkeypatch.setattr(module, "SECONDS", 0)
-
-
-OTHERS = [("systems.fput(12)", trapezoidal), ("systems.membrane(5, 4)", midpoint)]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("lattice", "rule"),
-    [("systems.rotors(12)", midpoint), *(pytest.param(*e, marks=pytest.mark.slow) for e in OTHERS)],
-)
-def test_a_killed_run_goes_on(tmp_path, lattice, rule):
-    path = tmp_path / "run.npz"
-    text = KILLED.format(lattice=lattice, rule=rule.name, path=str(path))
-    assert subprocess.run([sys.executable, "-c", text], env=os.environ).returncode == 9
-    done = []
-    flow = Scheme(eval(lattice, {"systems": systems}), rule).flow("1/20")
-    run = flow.trajectory(STEPS, EVERY, checkpoint=path, progress=done.append)
-    assert done == [40, 50, 60]
-    whole = flow.trajectory(STEPS, EVERY)
-    for word in ("t", "x", "u", "mu"):
-        assert np.array_equal(getattr(run, word), getattr(whole, word))
-    assert isinstance(run.x, np.memmap)
-    assert np.array_equal(np.load(f"{path}.x.npy"), whole.x)
-
-
-@pytest.mark.slow
-def test_checkpoints_of_other_runs_are_refused(tmp_path):
-    path = tmp_path / "run.npz"
-    scheme = Scheme(systems.fput(12), trapezoidal)
-    scheme.flow("1/20").trajectory(STEPS, EVERY, checkpoint=path)
-    other = Scheme(systems.fput(12, beta=1), trapezoidal)
-    for run in (lambda: scheme.flow("1/40").trajectory(STEPS, EVERY, checkpoint=path),
-                lambda: scheme.flow("1/20").trajectory(STEPS, 5, checkpoint=path),
-                lambda: scheme.flow("1/20").trajectory(STEPS, EVERY, t0=1, checkpoint=path),
-                lambda: scheme.flow("1/20").trajectory(
-                    STEPS, EVERY, x0=np.ones((12, 1)), checkpoint=path),
-                lambda: other.flow("1/20").trajectory(STEPS, EVERY, checkpoint=path),
-                lambda: Scheme(systems.fput(12), midpoint).flow("1/20").trajectory(
-                    STEPS, EVERY, checkpoint=path)):  # fmt: skip
-        with pytest.raises(BadInput, match="checkpoint of another run"):
-            run()
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from discmech.integrators.rules import compose, gauss, lobatto
 from discmech.integrators.runs import checkpoint as checkpoints
 from tests.integrators.extensions.lattices.as_scenes import ROUND_OFF, slow
 from tests.integrators.extensions.lattices.test_bodies_as_sites import SITES
-from tests.integrators.extensions.lattices.test_lattices import MASS, SCATTERED, fput
+from tests.integrators.extensions.lattices.test_lattices import MASS, fput
 
 LIST = {"alpha": "1/4", "mass": 2, "stiff": 1}
 
@@ -144,24 +144,6 @@ def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
     again = flow.trajectory(24, checkpoint=path)
     assert np.array_equal(again.x, run.x) and np.array_equal(again.mu, run.mu)
     assert again.newton_since == run.newton_since
-
-
-@pytest.mark.dear(but=("lattice0",))
-@pytest.mark.parametrize("lattice", [fput(), fput("list", bonds=SCATTERED, parameters=LIST,
-                                                  fixed=[0]), SITES["group"]()])  # fmt: skip
-def test_a_run_of_stages_goes_on_from_a_file(lattice, tmp_path, monkeypatch):
-    """A step that is solved and not yet done is part of the state."""
-    monkeypatch.setattr(checkpoints, "SECONDS", 0)
-    flow, path = Scheme(lattice, gauss(3)).flow("1/20"), tmp_path / "run.npz"
-
-    def interrupt(done):
-        if done == 20:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        flow.trajectory(40, 10, checkpoint=path, progress=interrupt)
-    again, whole = flow.trajectory(40, 10, checkpoint=path), flow.trajectory(40, 10)
-    assert np.array_equal(again.x, whole.x) and np.array_equal(again.mu, whole.mu)
 
 
 @pytest.mark.slow
