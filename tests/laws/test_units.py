@@ -13,7 +13,7 @@ import pytest
 import sympy
 from sympy import Integer, Matrix, exp
 
-from discmech import Control, Lattice
+from discmech import Lattice
 from discmech.integrators import (
     Scene,
     Scheme,
@@ -331,19 +331,6 @@ def test_a_lattice_with_contact_moves_alike_in_every_unit(units):
     length, momentum = float(units.of("length")), float(units.of("action") / units.of("length"))
     assert abs(run.x / length - plain.x).max() < 1e-12
     assert abs(run.mu / momentum - plain.mu).max() < 1e-12
-
-
-@pytest.mark.parametrize("units", SYSTEMS)
-def test_a_control_problem_has_the_same_solution_in_every_unit(units):
-    X, T, A = (sympy.sympify(units.of(e)) for e in UNITS)
-
-    def lagrangian(x, v, p):
-        return A / T * ((v[0] * T / X) ** 2 / 2 + sympy.cos(x[0] / X))
-
-    scene = Scene("swing", pair(1), lagrangian, x0=[0], v0=[0], duration=3 * T, step=T / 20)
-    best = Control(scene, lambda x, v, f, p: f.dot(f) / 2, end=([X], [0])).solve(16, rules.midpoint)
-    assert best.cost / float((A / X / T) ** 2 * T) == pytest.approx(0.2892139830094797, rel=1e-12)
-    assert best.x[8, 0] / float(X) == pytest.approx(0.39842470257934054, rel=1e-12)
 
 
 @pytest.mark.parametrize("rule", ["newmark-0.5-0", "implicit-midpoint"])

@@ -58,7 +58,7 @@ def asked(command, capsys):
     return code, json.loads(capsys.readouterr().out)["cases"]
 
 
-@pytest.mark.dear("3-")
+@pytest.mark.slow
 @pytest.mark.parametrize(("study", "scene", "rule", "digits"), [
     ("order", "kepler", "at-3", 50), ("reversibility", "pendulum", "euler", 16),
 ])  # fmt: skip

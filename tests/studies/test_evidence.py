@@ -233,6 +233,7 @@ def test_sound_rules_have_their_order_in_the_attitude_too(scene, retraction):
     assert found.order == pytest.approx(2, abs=0.01)
 
 
+@pytest.mark.dear("suslov", "guiding-centre")
 @pytest.mark.parametrize(("scene", "name"), [
     ("lotka-volterra-half", "degenerate-gauss-1"), ("guiding-centre", "projected-gauss-1"),
     ("cartesian-pendulum", "midpoint"), ("suslov", "midpoint"),

@@ -130,6 +130,7 @@ def test_explain_says_what_acts_and_what_holds(capsys):
     assert "the map is explicit" in shown["pendulum"] and "solve" not in shown["pendulum"]
 
 
+@pytest.mark.slow
 def test_a_rule_with_stages_is_explained_in_letters_that_are_said():
     """As the sum that its author wrote, in x, u and s, without what kernels name by themselves."""
     shown = " ".join(explain("pendulum", rules.get("lobatto-3")).split())

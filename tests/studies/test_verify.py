@@ -181,17 +181,6 @@ def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, ask):
     assert "a-third: not self-adjoint on kepler." in told
 
 
-@pytest.mark.slow
-def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, ask):
-    code, out, _ = ask(
-        "order", "kepler", "--rule", "good.py:two-thirds", "--digits", "50", "--json", "-"
-    )
-    assert code == 0 and json.loads(out)["cases"][0]["rule"] == "two-thirds"
-    code, out, _ = ask("run", "both.py:my-pendulum", "--rule", "both.py:two_thirds",
-                       "--steps", "3", "--digits", "20", "--json", "-")  # fmt: skip
-    assert code == 0 and json.loads(out)["scene"] == "my-pendulum"
-
-
 def test_json_on_standard_output_is_all_that_is_there(folder, ask):
     code, out, _ = ask("verify", "good.py", "--scene", "kepler", "--study", "order",
                        "--digits", "50", "--json", "-")  # fmt: skip

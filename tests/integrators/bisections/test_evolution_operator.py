@@ -1,13 +1,11 @@
 """The general evolution operator between any two arrows, through chosen or given bisections."""
 
-import itertools
 from functools import cache
 
 import mpmath
 import numpy as np
 import pytest
 import sympy
-from scipy.spatial.transform import Rotation
 from sympy import Rational
 
 from discmech.integrators import (
@@ -24,7 +22,6 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators import rules as discretisations
-from discmech.integrators.groupoids import GroupChart
 from tests.objects import SCENES, affine_action
 
 
@@ -36,28 +33,6 @@ def test_bisections_of_another_step_or_groupoid_are_told():
     for other in (Bisection(group, [], [0, 0, 0], 2), Bisection(pair(1), [0], [0], 1)):
         with pytest.raises(BadInput, match="another groupoid, step"):
             EvolutionOperator(of_body.flow(1).context, fit, other)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("away", (0, 0.05, -0.1))
-def test_the_general_operator_at_any_element_of_the_group(away):
-    """Moser–Veselov at rotations spread over SO(3); bisections through g₀ and h₀, and beside."""
-    on_group = Scheme(SCENES["moser-veselov"], rectangle)
-    flow, group = on_group.flow(1, on_edge="bisect"), on_group.scene.groupoid
-    chart, largest = GroupChart(group, flow.numbers), 0
-    for g in Rotation.random(12, random_state=1).as_matrix():
-        before, after = flow.elements(flow.trajectory(1, element0=g))
-        u, v = chart.coordinates(before), chart.coordinates(after)
-        through = (Bisection(group, [], w, 1) for w in (u + away, v - away))
-        operator = EvolutionOperator(flow.context, *through)
-        _, w = operator.evolve([], u)
-        _, back = operator.devolve([], w)
-        matrices = operator.FL([], 0 * v), operator.barred_FL([], 0 * v)
-        bound = 1e-14 * max(map(np.linalg.cond, matrices))
-        assert np.max(abs(chart.element(w) - after)) < bound < 1e-12
-        assert np.max(abs(chart.element(back) - before)) < bound
-        largest = max(largest, np.linalg.norm(u))
-    assert largest > 6  # a rotation by 143 degrees
 
 
 IN_PLANE = Scene(
@@ -231,18 +206,3 @@ def test_a_composition_has_no_operator_on_arrows():
     flow = Scheme(SCENES["pendulum"], discretisations.get("triple-jump:midpoint")).flow("0.1")
     with pytest.raises(BadInput, match="it steps on"):
         EvolutionOperator(flow.context)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [*CASES, *SLOW])
-def test_a_hundred_steps_are_the_same_whichever_bisections_are_chosen(name):
-    """Each choice goes on from its own last step, through bisections at where it has come to."""
-    scene = scheme(name).scene
-    run = scheme(name).flow(scene.step).trajectory(100)
-    for choice in range(3):
-        x, u = run.x[0], run.u[0]
-        for k in range(100):
-            *_, operator = itertools.islice(operators(name, x, u, scene.step), choice + 1)
-            x, u = operator.evolve(x, u)
-            gap = max(np.max(abs(x - run.x[k + 1]), initial=0), np.max(abs(u - run.u[k + 1])))
-            assert gap < 1e-12, (choice, k)

@@ -53,7 +53,8 @@ def test_rattle_comes_out_of_the_trapezoidal_rule():
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", PLAIN)
 @pytest.mark.parametrize("name", HOLONOMIC)
-def test_neither_constraint_drifts(name, rule, steps=20000):
+def test_neither_constraint_drifts(name, rule):
+    steps = 20_000
     scene, run = SCENES[name], flow(name, rule, SCENES[name].step).trajectory(steps)
     assert run.multipliers.shape == (steps + 1, 2 if "double" in name else 1)
     masses = [1, 1, 1, 2, 2, 2] if "double" in name else [1, 1]
@@ -67,21 +68,6 @@ def test_neither_constraint_drifts(name, rule, steps=20000):
     for r, w in rods:
         assert np.abs((r * w).sum(axis=1)).max() < 1e-13
         assert np.abs((r * r).sum(axis=1) - 1).max() < 1e-13
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", HOLONOMIC)
-def test_neither_constraint_drifts_over_a_million_steps(name):
-    test_neither_constraint_drifts(name, "trapezoidal", 10**6)
-
-
-def test_the_pendulum_by_its_angle_is_the_same():
-    run = flow("cartesian-pendulum", "midpoint", "0.002").trajectory(1000)
-    angle = math.atan2(0.96, -0.28)
-    own = scenes.get("pendulum").with_values(x0=[angle], v0=[0])
-    by_angle = Scheme(own, rules.get("gauss-2")).flow("0.01").trajectory(200)
-    found = np.arctan2(run.x[-1, 0], -run.x[-1, 1])
-    assert found == pytest.approx(by_angle.x[-1, 0], abs=1e-5)
 
 
 @pytest.mark.sampled
@@ -116,10 +102,9 @@ def test_the_pivoted_body_moves_as_the_heavy_top_does():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("steps", [1000, pytest.param(10**6, marks=pytest.mark.slow)])
-def test_the_pivot_stays_where_it_is(steps):
-    """r = A χ and ṙ = A (Ω × χ), of the pivoted body."""
-    run = flow("pivoted-body", "midpoint", "0.03").trajectory(steps, every=steps // 1000)
+def test_the_pivot_stays_where_it_is():
+    """r = A χ and ṙ = A (Ω × χ), of the pivoted body, over a million steps."""
+    run = flow("pivoted-body", "midpoint", "0.03").trajectory(10**6, every=1000)
     attitude, arm = run.x[:, 3:].reshape(-1, 3, 3), np.array([0, 0, 0.6])
     turning = np.cross(run.mu[:, 3:] / [0.5, 0.7, 0.4], arm)
     assert np.abs(run.x[:, :3] - attitude @ arm).max() < 1e-13

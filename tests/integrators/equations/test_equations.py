@@ -1,4 +1,4 @@
-"""The equations of each scheme against the definitions, and against equations written by hand.
+"""The equations of each scheme against the definitions; those by hand are rows of tests/paper.
 
 `discrete_lagrangian_of` writes L_d out from the rule and the groupoid alone, and the Legendre maps
 are taken from the paper's definition by curves in the groupoid: nothing is shared with the shortcut
@@ -10,9 +10,9 @@ import pytest
 import sympy
 from sympy import Matrix, Rational, eye
 
-from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
+from discmech.integrators import Scene, Scheme, pair, rectangle
 from discmech.integrators.numbers import evaluate, evaluate_matrix
-from tests.objects import OWN_SCENES, SCENES, SCHEMES, cross, exact_start, named, scheme
+from tests.objects import OWN_SCENES, SCENES, SCHEMES, exact_start, named, scheme
 
 DIGITS = 60
 EPS = Rational(1, 10**40)
@@ -191,113 +191,6 @@ def test_FL_W_and_omega(scene, rule):
     assert omega.shape == (2 * m, 2 * m)
     assert (omega + omega.T).is_zero_matrix
     assert omega[:m, m:] == of.W
-
-
-# -- by hand --------------------------------------------------------------------------------------
-
-
-def plane(rule):
-    """A potential with no symmetry and a mass matrix, on pair(2)."""
-    mass = Matrix([[2, 1], [1, 3]])
-
-    def lagrangian(x, v, p):
-        return (v.T * mass * v)[0] / 2 - potential(x)
-
-    scene = Scene("plane", pair(2), lagrangian, x0=[0, 0], v0=[1, 0])
-    return mass, Scheme(scene, rule)
-
-
-def potential(x):
-    return x[0] ** 2 * x[1] + sympy.cos(x[1]) + x[0] ** 4
-
-
-def force(x):
-    """∂V/∂x by hand."""
-    return Matrix([2 * x[0] * x[1] + 4 * x[0] ** 3, x[0] ** 2 - sympy.sin(x[1])])
-
-
-@pytest.mark.parametrize("rule", [midpoint, trapezoidal, rectangle], ids=lambda r: r.name)
-def test_pair_groupoid_is_the_textbook(rule):
-    """Midpoint, Störmer–Verlet and symplectic Euler as the paper's section 3.6.1 writes them."""
-    mass, of = plane(rule)
-    step = of.h
-    x, u, v = of.x, of.u, of.v
-    y = x + step * u
-    by_hand = {
-        "midpoint": lambda: -(force(x + step * u / 2) + force(y + step * v / 2)) / 2,
-        "trapezoidal": lambda: -force(y),
-        "rectangle": lambda: -force(y),
-    }[rule.name]()
-    wanted = step * (mass * (u - v) + step * by_hand)
-    assert (of.residual - wanted).applyfunc(lambda e: sympy.simplify(sympy.expand(e))) == 0 * wanted
-    assert of.rho == step * eye(2)
-    assert of.L == of.R == eye(2)
-
-
-def so3_equations(x, y, z, l, sign):
-    """The three sums of the paper's so(3) example, h²z² for h²z [misprint: so3-square].
-
-    sign +1: e←_γ at η, sign −1: e→_γ at η; l are the derivatives ∂l/∂ξ.
-    """
-    s = sign
-    return Matrix(
-        [
-            (1 + x**2) * l[0] + (x * y + s * z) * l[1] + (x * z - s * y) * l[2],
-            (x * y - s * z) * l[0] + (1 + y**2) * l[1] + (y * z + s * x) * l[2],
-            (x * z + s * y) * l[0] + (y * z - s * x) * l[1] + (1 + z**2) * l[2],
-        ]
-    )
-
-
-def momentum_by_hand(of):
-    inertia = of.s.parameters.inertia
-    return lambda u: [inertia[i] * u[i] for i in range(3)]
-
-
-@pytest.mark.parametrize("rule", [r for s, r in SCHEMES if s == "rigid-body"])
-def test_free_body_is_the_paper_mended(rule):
-    of = scheme("rigid-body", rule)
-    mu = momentum_by_hand(of)
-    u, v, step = of.u, of.v, of.h
-    wanted = so3_equations(*(step * u / 2), mu(u), 1) - so3_equations(*(step * v / 2), mu(v), -1)
-    assert (of.residual - step * wanted).expand().is_zero_matrix
-    as_printed = wanted[2] + (step**2 * (u[2] - u[2] ** 2) / 4) * mu(u)[2]
-    assert (of.residual[2] - step * as_printed).expand() != 0
-
-
-@pytest.mark.slow
-def test_heavy_top_rectangle_by_hand():
-    """e←(L_d) − e→(L_d) with vectors: L_d = h(½Ω·IΩ − w Γ·e), and no matrix of the algebra.
-
-    With ω = hΩ/2, L η = η + ω×η + ω(ω·η) and R η the same at −ω; their transposes take μ to
-    μ ∓ ω×μ + ω(ω·μ). e→_η moves Γ by −hΓ×η [misprint: heavy-top-field], and so the weight by
-    −hw e×Γ·η [misprint: heavy-top-torque].
-    """
-    of = scheme("heavy-top", "rectangle")
-    p, step = of.s.parameters, of.h
-    mu = momentum_by_hand(of)
-
-    def by_vectors(u, sign):
-        w, m = step * Matrix(u) / 2, Matrix(mu(u))
-        return m - sign * cross(w, m) + w * w.dot(m)
-
-    u, v = of.u, of.v
-    gamma = Matrix(3, 1, sympy.symbols("g_0:3", real=True))
-    at_end = of.scene.groupoid.target(of.x, u, step)
-    minus = step * by_vectors(v, -1) + step**2 * p.weight * cross(p.center, gamma)
-    wanted = step * by_vectors(u, 1) - minus.xreplace(dict(zip(gamma, at_end, strict=True)))
-    difference = of.residual - wanted
-    assert difference.applyfunc(sympy.cancel).is_zero_matrix
-
-
-def test_heavy_top_target_is_a_rotation_by_hand():
-    """Γ cay(hΩ) by Rodrigues' formula in vectors."""
-    from tests.objects import rotate_back
-
-    of = scheme("heavy-top", "midpoint")
-    wanted = Matrix(rotate_back(of.x, of.u, of.h))
-    found = of.scene.groupoid.target(of.x, of.u, of.h)
-    assert (found - wanted).applyfunc(sympy.cancel).is_zero_matrix
 
 
 # -- structure ------------------------------------------------------------------------------------

@@ -18,14 +18,10 @@ from discmech.integrators import (
     so,
 )
 from discmech.integrators.compiler import kernel_text
-from discmech.reference import solution
 from tests.integrators.equations.forced_scenes import FORCED, forced, order, rubbed, with_force
-from tests.objects import GROUPOIDS, arrows, scheme, with_wrong_force
+from tests.objects import GROUPOIDS, arrows, scheme
 
 DIGITS = 50
-#: one a kind of groupoid; the slow tests have all
-SOME = [pytest.param(n, marks=pytest.mark.slow if n in FORCED[::2] else ()) for n in FORCED]
-
 #: (scene, rule): every kind of groupoid meets every plain rule, two a rule with stages
 MET = [
     *((name, rule) for name in FORCED for rule in ("rectangle", "midpoint", "trapezoidal")),
@@ -177,21 +173,6 @@ def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
     assert scheme("rigid-body", "rectangle").order == 2
     assert forced("rigid-body", "rectangle").order == 1
     assert forced("rigid-body", "trapezoidal").self_adjoint
-
-
-@pytest.mark.parametrize("name", SOME)
-def test_a_force_at_one_end_only_is_of_first_order(name):
-    one = with_wrong_force(forced(name, "trapezoidal"), 2, 0)
-    assert order(one, "0.5", (512, 1024)) == pytest.approx(1, abs=0.1)
-
-
-@pytest.mark.parametrize("name", SOME)
-def test_a_flipped_force_is_caught(name):
-    right = forced(name, "midpoint")
-    flipped = Scheme(with_force(name, lambda x, v, p: [-e for e in rubbed(x, v, p)]), right.rule)
-    exact = solution(right.scene, "0.5", 30)
-    run = flipped.flow("1/64").trajectory(32, every=32)
-    assert np.abs(run.mu[-1] - np.array([float(e) for e in exact.mu])).max() > 1e-3
 
 
 def test_who_has_no_force_pays_for_none():

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.objects import PLAIN, flow, named
+from tests.objects import flow
 
 STEPS = 1000
 
@@ -164,22 +164,6 @@ def run_by_hand(inertia, torque_start, torque_end, x, mu, u, h, steps):
     return x, mu
 
 
-@pytest.mark.slow
-@pytest.mark.sampled
-@pytest.mark.parametrize("scene", ["rigid-body", "rigid-body-by-hand"])
-@pytest.mark.parametrize("h", ["1/64", "1/4", "-1/8"])
-def test_free_body(scene, h):
-    run = flow(scene, "midpoint", h).trajectory(STEPS, every=STEPS)
-    step, inertia = run.t[-1] / STEPS, np.array([1.0, 2.0, 3.0])
-
-    def none(x):
-        return 0
-
-    start = np.zeros(3), run.mu[0], run.u[0]
-    _, mu = run_by_hand(inertia, none, none, *start, step, STEPS)
-    assert np.abs(mu - run.mu[-1]).max() < 1e-12
-
-
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["rectangle", "trapezoidal"])
 @pytest.mark.parametrize(
@@ -215,35 +199,3 @@ def test_heavy_tops(scene, inertia, center, rule):
         np.array(inertia, float), lambda x: -at_start(x), lambda y: -1 * at_end(y), *start, h, steps
     )
     assert np.abs(flipped[1] - run.mu[-1]).max() > 1e-2
-
-
-@pytest.mark.parametrize(
-    ("scene", "rule"),
-    named((s, r) for s in ("rigid-body-by-hand", "heavy-top-by-hand") for r in PLAIN),
-)
-def test_a_groupoid_by_hand_runs_like_the_built_in_one(scene, rule):
-    steps, step = (STEPS, "1/10") if scene == "rigid-body-by-hand" else (200, "1/20")
-    by_hand, built_in = (
-        flow(name, rule, step).trajectory(steps, every=steps // 20)
-        for name in (scene, scene.removesuffix("-by-hand"))
-    )
-    for part in ("x", "mu", "u"):
-        gap = np.abs(getattr(by_hand, part) - getattr(built_in, part))
-        assert gap.max(initial=0) < 1e-12
-
-
-def test_attitude_turns_with_the_body():
-    """A_{k+1} = A_k cay(hu_k): A stays a rotation and A μ is constant in space."""
-    from discmech.integrators import Scheme, midpoint
-    from tests.objects import SCENES
-
-    free = flow("rigid-body", "midpoint", "1/10").trajectory(300)
-    run = Scheme(SCENES["rigid-body"].with_attitude(), midpoint).flow("1/10").trajectory(300)
-    assert run.x.shape == (301, 9)
-    assert np.abs(run.mu - free.mu).max() < 1e-13
-    attitude = run.x.reshape(-1, 3, 3)
-    assert np.abs(attitude @ attitude.transpose(0, 2, 1) - np.eye(3)).max() < 1e-13
-    spatial = np.einsum("kij,kj->ki", attitude, run.mu)
-    assert np.abs(spatial - spatial[0]).max() < 1e-13
-    wrong = np.einsum("kji,kj->ki", attitude, run.mu)
-    assert np.abs(wrong - wrong[0]).max() > 1e-2

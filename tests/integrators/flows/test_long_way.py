@@ -6,7 +6,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from discmech.integrators import Scheme, rectangle, scenes
-from discmech.reference.closed_forms.moser_veselov import step
 from tests.objects import scheme_of
 from tests.test_examples import example
 
@@ -61,21 +60,6 @@ def test_forward_and_back_at_fifty_digits(scheme, start, steps, least):
         gap, edges = there_and_back(scheme, g.tolist(), steps, 50)
         assert gap < mpmath.mpf(10) ** -38
         assert all(edges) and sum(edges) > least  # both ways change charts
-
-
-@pytest.mark.slow
-def test_a_thousand_steps_at_fifty_digits_are_the_factorisations(scheme):
-    """The run by the factorisation alone, from the same first step: no error is taken over."""
-    flow = scheme.flow(1, digits=50, on_edge="bisect")
-    with mpmath.workdps(70):
-        mass = list(map(mpmath.mpf, MASS))
-        run = flow.trajectory(1000, element0=cayley(*map(mpmath.mpf, CHANGING)))
-        assert run.edges > 5
-        wanted, worst = mpmath.matrix(cayley(*map(mpmath.mpf, CHANGING))), mpmath.mpf(0)
-        for found in flow.elements(run):
-            worst = max(worst, np.max(abs(np.array(wanted.tolist()) - found)))
-            wanted = step(wanted.tolist(), mass, 60)
-        assert worst < mpmath.mpf(10) ** -40
 
 
 def test_shrunk_steps_are_those_of_the_smaller_step():

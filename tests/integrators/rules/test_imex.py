@@ -1,8 +1,5 @@
 """The fast potential of a scene, and the rule that treats it apart."""
 
-from fractions import Fraction
-
-import numpy as np
 import pytest
 
 from discmech.integrators import Scene, Scheme, imex, midpoint, pair, scenes, trapezoidal
@@ -50,22 +47,3 @@ def test_a_scene_without_a_fast_part_says_so():
         Scheme(scenes.get("pendulum"), imex)
     pairs = list(Choice(scenes=(scenes.get("pendulum"), scenes.get("fpu"))).pairs())
     assert [s.name for s, rule in pairs if rule is imex] == ["fpu"]
-
-
-@pytest.mark.parametrize("omega", [100, 1000])
-def test_the_adiabatic_invariant_of_fpu_over_long_times(omega):
-    """ω·h = 10 over T = 10⁴; the whole T = 10⁵ is in the stability study."""
-    scheme = Scheme(scenes.get("fpu"), imex).at(
-        parameters={"omega": omega}, x0=[1, 0, 0, Fraction(1, omega), 0, 0]
-    )
-    run = scheme.flow(Fraction(10, omega)).trajectory(1000 * omega, every=10)
-    fast = (run.mu[:, 3:] ** 2 + omega**2 * run.x[:, 3:] ** 2).sum(axis=1) / 2
-    assert np.abs(fast / fast[0] - 1).max() < 0.15
-
-
-def test_trapezoidal_cannot_take_that_step():
-    """Störmer–Verlet ends at ωh = 2; at ωh = 10 its numbers leave the range of doubles."""
-    from discmech.integrators import StepFailure
-
-    with pytest.raises(StepFailure, match="no longer finite"):
-        Scheme(scenes.get("fpu"), trapezoidal).flow("1/5").trajectory(2000)

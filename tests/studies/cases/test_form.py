@@ -77,6 +77,7 @@ def test_a_fast_motion_that_rests_needs_no_short_step():
     assert flow.trajectory(flow.choice.steps).x[-1, 0] == pytest.approx(np.cos(6), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_step_back_is_judged_off_the_plane_of_the_motion():
     with pytest.raises(Missed, match=r"a place that was drawn (on|beside) the motion"):
         assert_reversible(of_order.damped_off_plane, of_order.planar, digits=16)

@@ -9,19 +9,10 @@ from discmech.studies.core.case import Choice
 from discmech.studies.core.result import result_of
 from discmech.studies.core.study import every_study
 from discmech.studies.user import assertions
-from discmech.studies.user.assertions import Missed, assert_converges, assert_order
+from discmech.studies.user.assertions import Missed, assert_order
 from tests.imports import ROOT
 
 ATTACKS = str(ROOT / "docs/attacks/")
-
-
-@pytest.mark.slow
-def test_the_order_that_a_sound_rule_has_is_no_failure():
-    found = assert_order(f"{ATTACKS}/order.py:nested", "pendulum", 2)
-    assert found["local"]["order"] == pytest.approx(2, abs=1e-3)
-    with pytest.raises(Missed, match="below the expected 4"):
-        assert_order("midpoint", "pendulum", 4)
-    assert assert_converges("midpoint", scenes.get("pendulum"))["verdict"] == "pass"
 
 
 @pytest.fixture

@@ -63,6 +63,17 @@ def test_the_later_tables_are_read_whole():
     "rule form.py:symplectic_euler ",
     "rule programs.py:DampsFromThere",
     "discmech contact contact.py:pegs ",
+    "contact.py:nothing",
+    "contact.py:falling",
+    "control.py:small",
+    "steps kepler",
+    "order.py:heavy --peer",
+    "programs.py:bumped",
+    "programs.py:forth",
+    "programs.py:heavier",
+    "programs.py:Late",
+    "programs.py:lower",
+    "programs.py:rounded",
 )
 @pytest.mark.parametrize(
     ("words", "answer"),

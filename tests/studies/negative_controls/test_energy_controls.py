@@ -74,6 +74,7 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_in_order_and_energy(
     assert found["verdict"] == "fail" and said in found["reason"]
 
 
+@pytest.mark.slow
 def test_neighbours_that_follow_one_another_promise_no_slope():
     """A slow wander is as good as a few points: its 95 % interval holds the slope 0 that it has."""
     t, held = np.arange(20_000.0), {"points": 0, "batches": 0}

@@ -178,6 +178,7 @@ def test_multipliers_on_no_line_are_no_pass(monkeypatch):
         assert "multipliers of the constraints" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_step_back_that_fails_takes_nothing_from_the_motion(monkeypatch):
     def failing(flow, run):
         raise flow.context.failure("no step back", {})

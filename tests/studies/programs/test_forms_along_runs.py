@@ -95,7 +95,7 @@ def test_the_order_of_a_program_that_remembers_is_that_of_its_whole_run(formula,
     assert judged("order", "pendulum", box, causes=False)["verdict"] == verdict
 
 
-@pytest.mark.dear("fail")
+@pytest.mark.slow
 @pytest.mark.parametrize(("formula", "verdict"), [(DampsLater.formula, "fail"), (Plain, "pass")])
 def test_a_program_that_remembers_goes_back_along_a_long_run(formula, verdict):
     box = black_box(order=2, reversible=True)(formula)

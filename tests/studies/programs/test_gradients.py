@@ -83,12 +83,14 @@ def said(gradient, scalar=None, box=methods.verlet):
     return verdict.verdict, verdict.reason
 
 
+@pytest.mark.dear(but=("of_start",))
 @pytest.mark.parametrize(("gradient", "scalar"),
                          [(whole, None), (of_start, None), (of_square, square)])  # fmt: skip
 def test_the_derivative_of_its_own_steps_passes(gradient, scalar):
     assert said(gradient, scalar)[0] == "pass"
 
 
+@pytest.mark.dear(but=("without_path", "transposed"))
 @pytest.mark.parametrize(
     ("gradient", "scalar", "by"),
     [(off, None, "start"), (halved, None, "start"), (without_path, None, "length"),

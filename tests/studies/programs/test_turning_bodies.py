@@ -25,26 +25,22 @@ BODY = scenes.get("rigid-body")
 PROGRAMS = runpy.run_path(str(ROOT / "docs/attacks/attitudes.py"))
 
 
-@pytest.mark.parametrize(
-    "name", ["matrix", "quaternion", pytest.param("lie_midpoint", marks=pytest.mark.slow)]
-)
+@pytest.mark.dear(but=("matrix",))
+@pytest.mark.parametrize("name", ["matrix", "quaternion", "lie_midpoint"])
 def test_sound_programs_are_of_order_two(name):
     found = evidence_of(scheme_of(BODY, PROGRAMS[name])).order
     assert not found.unknown and found.order > 2 - NEAR
 
 
+@pytest.mark.dear("quaternion")
 @pytest.mark.parametrize("name", ["matrix", "quaternion"])
 def test_rows_of_a_run_that_left_the_group_are_no_starts_of_a_way_back(name):
     """A product of many rotations is off by 6e-13, and a step begins at the nearest rotation."""
     assert not WAY_BACK.gaps(many_steps(scheme_of(BODY, PROGRAMS[name]))).max() > 1e-13
 
 
-SLOW = ("last", "in_space", "first")
-
-
-@pytest.mark.parametrize(
-    "name", ["fast", "casimir", "long", *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)]
-)
+@pytest.mark.dear(but=("casimir",))
+@pytest.mark.parametrize("name", ["fast", "casimir", "long", "last", "in_space", "first"])
 def test_a_body_that_turns_wrongly_is_seen(name):
     found = evidence_of(scheme_of(BODY, PROGRAMS[name])).order
     assert found.order < 2 - NEAR and found.component.startswith("x")
@@ -59,10 +55,10 @@ def test_quantities_of_the_attitude_are_held_where_it_is_a_part_of_the_state():
         assert ("keeps spatial angular momentum" in laws) == seen and "keeps |μ|²" in laws
 
 
-@pytest.mark.parametrize(("name", "kept"), [
-    ("matrix", True), ("lossy", False), pytest.param("quaternion", True, marks=pytest.mark.slow),
-    pytest.param("fast", False, marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.dear(but=("lossy",))
+@pytest.mark.parametrize(
+    ("name", "kept"), [("matrix", True), ("lossy", False), ("quaternion", True), ("fast", False)]
+)
 def test_the_form_along_a_run_is_that_of_the_attitude_and_its_momentum(name, kept, monkeypatch):
     """A small closed curve moves some entries of R by its square, near to their round-off."""
     monkeypatch.setattr(along_run, "MOST", 2**6)

@@ -61,7 +61,7 @@ def test_a_mistake_is_caught_with_its_cause(cause, box):
     assert found["diagnosis"]["cause"] == cause
 
 
-@pytest.mark.dear("p-", "-h")
+@pytest.mark.dear("p-", "-h", "split-14", "split-9")
 @pytest.mark.parametrize(("name", "words"), [
     ("split-0", "the kicks of a step cancel"), ("split-14", "is off by 1e-08 of it"),
     ("ignores-h", "the same for every h"), ("gives-p-first", "it gives (p, q)"),

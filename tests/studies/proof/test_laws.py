@@ -135,6 +135,7 @@ def reached(rule, law, kind, name=None):
     return None if a.proven else a.order
 
 
+@pytest.mark.dear("rule3", "rule5", "rule6")
 @pytest.mark.parametrize(("rule", "symplectic", "self_adjoint"), [
     ("explicit-euler", 1, 1),
     ("heun", 3, 3),
@@ -149,6 +150,7 @@ def test_powers_of_the_form_and_of_the_adjoint(rule, symplectic, self_adjoint):
     assert reached(rule, "self-adjoint", "cubic") == self_adjoint
 
 
+@pytest.mark.dear("rule1", "rule2")
 @pytest.mark.parametrize(("rule", "order", "self_adjoint"), [
     (kicks_and_drifts(HALF, 1, HALF), 2, None),
     (kicks_and_drifts(HALF, 1, HALF + OFF), 0, 1),  # a kick that is too strong
@@ -209,6 +211,7 @@ def test_a_form_that_is_kept_keeps_the_volume():
         assert form == conjugate == of_volume
 
 
+@pytest.mark.dear(but=("explicit-euler", "rectangle"))
 @pytest.mark.parametrize(("rule", "kind", "power"), [
     ("implicit-midpoint", "symmetric", None), ("explicit-euler", "symmetric", 1),
     ("rectangle", "symmetric", None), ("midpoint", "lie_group", None),
@@ -223,6 +226,7 @@ def test_a_cyclic_momentum_is_kept_by_every_map_of_the_field():
     assert reached("explicit-euler", "momentum", "symmetric", "H(x, μ) without x_0, n = 2") is None
 
 
+@slow
 def test_a_canonical_method_is_no_poisson_map_on_a_group():
     name = "H(μ) on so(3), Cayley"
     assert reached("implicit-midpoint", "symplectic", "lie_group", name) == 2
@@ -262,8 +266,8 @@ def test_published_decimals_are_said_to_be_decimals(method):
     assert not said or float(said.split("by ")[1]) < 1e-12
 
 
-@pytest.mark.parametrize("method", ["triple-jump:rectangle",
-                                    pytest.param("suzuki:trapezoidal", marks=slow)])  # fmt: skip
+@slow
+@pytest.mark.parametrize("method", ["triple-jump:rectangle", "suzuki:trapezoidal"])
 def test_compositions_with_adjoint_substeps_are_self_adjoint(method):
     found = prove(method, groupoid="separable", laws="self-adjoint")
     assert found.proven and all(a.proven for a in found.laws["self-adjoint"].values())
@@ -277,6 +281,7 @@ def test_a_claim_that_no_class_was_asked_for_is_not_decided():
     assert prove(claimed, groupoid="force", laws=()).proven
 
 
+@slow
 def test_a_class_that_is_too_large_is_named():
     found = prove("runge-kutta-4", groupoid="product", laws="symplectic").laws["symplectic"]
     assert {answer.proven for answer in found.values()} == {None}

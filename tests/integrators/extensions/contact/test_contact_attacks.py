@@ -45,22 +45,6 @@ def thrown(inertia):
     return attacks.rolling(inertia, "0.2", slope=(0, 1), v0=[1, 0, 0], impacts="located")
 
 
-@pytest.mark.slow
-@pytest.mark.dear("stepped")
-@pytest.mark.parametrize("impacts", MODES)
-def test_what_rolls_does_not_jam(impacts):
-    disc = Scheme(attacks.rolling(Fraction(1, 2)), midpoint)
-    for step in (0.0065, 0.011):
-        assert slope_misses(disc, 0.5, impacts, step) < 1e-13
-
-
-@pytest.mark.slow
-def test_the_end_of_a_slip_is_located_whatever_the_sign_of_its_round_off():
-    sphere = Scheme(thrown(Fraction(2, 5)), midpoint)
-    for step in (0.0142, 0.0149, 0.0184):
-        assert slip_misses(sphere, 5 / 7, step) < 1e-10
-
-
 @pytest.mark.parametrize("impacts", MODES)
 def test_a_slip_that_jams_sticks_at_once(impacts):
     """Stewart and Trinkle's problem of one step has this one solution, W⁻¹(0, 1) but for O(h)."""

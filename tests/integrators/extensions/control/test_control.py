@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 
 import mpmath
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.linalg import expm
 
 from discmech import Control, Scene, Scheme, midpoint, pair, rectangle, scenes
 from discmech.integrators import retractions
-from discmech.integrators.extensions.control.scenes import NAMES, get
+from discmech.integrators.extensions.control.scenes import get
 from discmech.integrators.rules import gauss, lobatto, trapezoidal
 
 
@@ -92,18 +91,6 @@ def test_the_closed_forms_are_met_to_ten_digits():
 def test_rectangle_is_of_order_one():
     coarse, fine = (errors("oscillator", k, rectangle)[0] for k in (40, 80))
     assert abs(np.log2(coarse / fine) - 1) < 0.1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("rule", [midpoint, gauss(2)], ids=lambda r: r.name)
-def test_refinement_of_the_same_problem_agrees(name, rule):
-    if (name, rule.name) == ("double-integrator", "gauss-2"):
-        return  # exact
-    runs = [solved(name, k, rule) for k in ((160, 320, 640) if rule is midpoint else (20, 40, 80))]
-    first, second = (np.linalg.norm(b.costates[0] - a.costates[0]) for a, b in pairwise(runs))
-    assert abs(np.log2(first / second) - rule.order) < 0.35
-    assert abs(runs[2].cost - runs[1].cost) < abs(runs[1].cost - runs[0].cost) / 3
 
 
 # -- what the equations are -----------------------------------------------------------------------

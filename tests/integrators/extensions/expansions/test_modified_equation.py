@@ -64,17 +64,11 @@ def test_each_field_is_that_of_its_hamiltonian(scene, rule, order, retraction):
     np.testing.assert_allclose(float(H[0, 0]), energy[0], rtol=1e-15)
 
 
-#: (scene, rule, order, step's divisor): the truncated H̃ errs by the first power left out
+#: (scene, rule, order, step's divisor): the truncated H̃ errs by the first power left out; more
+#: are the study's (`tests/studies/test_modified.py`)
 KEPT = [
     ("kepler", "midpoint", 4, 2),
     ("rigid-body", "midpoint", 4, 1),
-    pytest.param("pendulum", "gauss-2", 4, 1, marks=slow),
-    pytest.param("henon-heiles", "trapezoidal", 6, 1, marks=slow),
-    pytest.param("heavy-top", "trapezoidal", 4, 1, marks=slow),
-    pytest.param("rotor-body", "rectangle", 3, 2, marks=slow),
-    pytest.param("double-pendulum", "midpoint", 4, 2, marks=slow),
-    pytest.param("kepler", "implicit-midpoint", 4, 2, marks=slow),
-    pytest.param("henon-heiles", "stoermer-verlet", 4, 1, marks=slow),
 ]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from discmech import Lattice, Scheme, midpoint, pair
 from discmech.integrators.errors import StepFailure
-from discmech.integrators.extensions.lattices import DualStep, LatticeRun, poisson_defect
+from discmech.integrators.extensions.lattices import LatticeRun
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import compose, gauss, lobatto
 from discmech.integrators.runs import checkpoint as checkpoints
@@ -45,15 +45,6 @@ def test_bodies_run_by_stages_as_by_newton(kind, rule):
     assert one.by_stages and not two.by_stages
     assert one.past[0].shape == two.past[0].shape
     assert abs(one.past[0] - two.past[0]).max() < ROUND_OFF
-
-
-@pytest.mark.slow
-def test_the_form_is_kept_by_steps_of_stages():
-    flow, _ = both(systems.bodies(5), gauss(3))
-    run = flow.trajectory(5)
-    step = DualStep(flow, run.x[-1], run.mu[-1])
-    assert poisson_defect(step, 3, 0) < 2.0**-48
-    assert poisson_defect(step, 3, 0, bracket_sign=-1) > 2.0**-20
 
 
 # -- where it is not solved so ---------------------------------------------------------------------
