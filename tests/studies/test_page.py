@@ -59,7 +59,7 @@ FEW = ("kepler", "heavy-top")
 
 
 def drawn() -> list[dict[str, Any]]:
-    """Results of every study on two scenes, of one at two precisions: all are drawn the same way."""
+    """Results of every study on two scenes, of one at two precisions; all are drawn alike."""
     order, *others = results((16,))
     both = [order | {"cases": order["cases"] + results((50,))[0]["cases"]}, *others]
     return [r | {"cases": [c for c in r["cases"] if c["scene"] in FEW]} for r in both]
