@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -27,6 +30,20 @@ def as_it_is(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     if not hasattr(request.module, "SMALLER"):
         monkeypatch.setattr("discmech.studies.core.running.shrunk", lambda *_: {})
         monkeypatch.setattr("discmech.studies.user.assertions.smallest", lambda *_: None)
+
+
+@pytest.fixture
+def rows(tmp_path: Path) -> Callable[..., list[tuple[Any, ...]]]:
+    """What the store's file answers to a statement, by default the names of measurements."""
+    file = tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite"
+
+    def asked(
+        statement: str = "SELECT name FROM entry WHERE kind = 'measurement'", *given: Any
+    ) -> list[tuple[Any, ...]]:
+        with closing(sqlite3.connect(file)) as store, store:
+            return store.execute(statement, given).fetchall()
+
+    return asked
 
 
 @pytest.fixture

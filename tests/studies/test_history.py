@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -37,22 +36,6 @@ def run(*found, store=None):
     whole.add(found, short)
     whole.keep()
     return whole
-
-
-@pytest.fixture
-def rows(tmp_path):
-    """What the store's file answers to a statement."""
-
-    def asked(statement, *given):
-        with (
-            closing(
-                sqlite3.connect(tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite")
-            ) as file,
-            file,
-        ):
-            return file.execute(statement, given).fetchall()
-
-    return asked
 
 
 def figures(whole, result):

@@ -64,22 +64,6 @@ def study(monkeypatch):
     return run
 
 
-@pytest.fixture
-def rows(tmp_path):
-    """What the store's file answers to a statement."""
-
-    def asked(statement="SELECT name FROM entry WHERE kind = 'measurement'", *given):
-        with (
-            closing(
-                sqlite3.connect(tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite")
-            ) as file,
-            file,
-        ):
-            return file.execute(statement, given).fetchall()
-
-    return asked
-
-
 def test_an_interrupted_run_goes_on_where_it_stopped(study):
     assert study("rigid-body") == (["kepler"], None)
     assert study("heavy-top") == (["rigid-body"], None)
