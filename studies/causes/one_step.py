@@ -16,8 +16,8 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, StepFailure
-from discmech.integrators.extensions.foreign import guarded, jump_on, noise_of
-from discmech.integrators.numbers import Vector
+from discmech.integrators.extensions.foreign import SceneInNumbers, guarded, jump_on, noise_of
+from discmech.integrators.numbers import Vector, arithmetic
 
 from ..core.case import Case
 from ..evidence import NEAR, Floor, Grid, evidence_of
@@ -66,6 +66,7 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     told = (
         _wrapped(found, n)
         or _of_numbers(case, found)
+        or _unprojected(case, found, n)
         or _late(found, n)
         or _of_limit(case, found, n)
         or _of_small_factor(case, found)
@@ -138,6 +139,25 @@ def _late(found: list[Beginning], n: int) -> Told | None:
     return "stored half step", (
         f"the state that is shown belongs to no one time: {said}, as a leapfrog leaves it; bring "
         "both to one time where it is read."
+    )
+
+
+def _unprojected(case: Case, found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if the momentum is off along the gradients of constraints, and no more."""
+    scheme: Any = case.scheme
+    if case.scene.holonomic is None or _vanishes(found, lambda b: b.first_error):
+        return None
+    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    for b in found:
+        q, p = b.z[:n], b.z[n:]
+        normal = (system.constraint_jacobian(q) @ system.tensor(q, p)[:n, n:]).T
+        off = b.first_error[n:] - normal @ np.linalg.lstsq(normal, b.first_error[n:])[0]
+        if (np.abs(np.concatenate([b.first_error[:n], off])) > SEEN * b.span).any():
+            return None
+    return "hidden constraint", (
+        "a step leaves a momentum that is off along the gradient of the constraint alone, by O(h): "
+        "it is not projected onto the hidden constraint, that the velocity stays on it; project it "
+        "at the end of each step, as RATTLE does and SHAKE does not."
     )
 
 

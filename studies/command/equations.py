@@ -208,9 +208,8 @@ _SUB = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def subscript(name: str) -> str:
-    """Return x_1 as x₁."""
-    letter, _, index = name.rpartition("_")
-    return letter + index.translate(_SUB) if letter and index.isdigit() else name
+    """Return x_1 as x₁, and f_3[x_1] as f₃[x₁]."""
+    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda found: found[1].translate(_SUB), name)
 
 
 def notation(scheme: Scheme) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -152,8 +153,8 @@ def _page(
     lines += [f"{whole}; terms that are not listed are 0:"] if terms else []
     letters = {each: name.removeprefix("p.") for each, name in letters_of(scheme).items()}
     names = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
-    for name, e in terms.items():
-        value = sympy.sympify(e)
+    for label, e in terms.items():
+        name, value = _in(letters, label), sympy.sympify(e)
         if latex:
             lines.append(f"{name} = {sympy.latex(value.xreplace(names))}")
             continue
@@ -175,6 +176,13 @@ def _page(
         errors = "".join(f"{error:>11.2e}" for error in found.errors[j])
         lines.append(f"  h^{j:<5}{errors} {text:>10}  {wanted}")
     return lines
+
+
+def _in(letters: Mapping[Any, str], label: str) -> str:
+    """Return a label such as f_3[x_0] with the letter that formulas have, which count from 1."""
+    known = {str(each): name for each, name in letters.items()}
+    letter, bracket, state = label.rstrip("]").partition("[")
+    return f"{letter}[{known.get(state, state)}]" if bracket else label
 
 
 def _last(found: Kept, j: int) -> float | None:

@@ -156,7 +156,8 @@ def _collect(
 ) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Any], dict[str, list[Any]]]:
     """Return the rules, scenes and studies of a module by name, and the lists of the former two.
 
-    A second object of a name gets the name of its variable, or of its list with a number.
+    A second object of a name, and recorded runs without one, get the name of the variable, or of
+    the list with a number.
     """
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
@@ -171,6 +172,9 @@ def _collect(
             return known[id(thing)]
         names: dict[str, Any] = rules if isinstance(thing, Discretisation) else own
         named = next((e for e in names.values() if e is thing or e == thing), thing)
+        recorded: Any = thing
+        if own_name and getattr(recorded, "unnamed", False):
+            named = replace(recorded, name=own_name[0], unnamed=False)
         if names.get(named.name, named) is not named:
             free = itertools.chain(own_name, (f"{where}-{k}" for k in itertools.count(1)))
             named = replace(thing, name=next(word for word in free if word not in names))

@@ -102,10 +102,9 @@ def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
     one = f"one step{f' of {what}' if what else ''}"
     if order < 1 - NEAR:
         return (
-            "the rule is not consistent: as h goes to 0 it follows another motion. "
-            f"{one.capitalize()}, of {local.step:.1g} from an exact state{where}, is wrong in "
-            f"{local.component} by a share of itself, and shorter steps are by the same share, "
-            f"O(h^{order + 1:.2f})."
+            f"the rule is not consistent: {one}, of {local.step:.1g} from an exact state{where}, "
+            f"is wrong in {local.component} by O(h^{order + 1:.2f}), and a consistent one by at "
+            "most O(h^2). As h goes to 0 it follows another motion, unless later steps undo that."
         )
     said = f"{one} is of order {order:.2f} in {local.component}, "
     said += f"below {'the expected ' if wanted else ''}{least}: from an exact state"

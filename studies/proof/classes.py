@@ -43,7 +43,7 @@ class SceneClass:
     """A class: a groupoid, and which monomials in (x, v), or (x, μ), its function has.
 
     part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x),
-    "magnetic" for v·Mv/2 + A(x)·v − V(x), "moved" for those without x_0, "turned" for those in
+    "magnetic" for v·Mv/2 + A(x)·v − V(x), "moved" for those without x₁, "turned" for those in
     |x|², x·v and |v|², "cubic" for those of degree 3.
     keeps: the name of a quantity that is constant then, and its value of (x, μ).
     """
@@ -163,8 +163,8 @@ def _pairs(hamiltonian: bool) -> list[SceneClass]:
     form = "μ·Nμ/2 − a(x)·μ + V(x)" if hamiltonian else "v·Mv/2 + A(x)·v − V(x)"
     found += [
         SceneClass(f"{form}, n = 2", "magnetic", pair(2), "magnetic"),
-        SceneClass(f"{letter}(x, {moving}) without x_0, n = 2", "symmetric", pair(2), "moved",
-                   keeps=("μ_0", lambda z: z[2])),
+        SceneClass(f"{letter}(x, {moving}) without x₁, n = 2", "symmetric", pair(2), "moved",
+                   keeps=("μ₁", lambda z: z[2])),
         SceneClass(f"{letter} of |x|², x·{moving}, |{moving}|², n = 2", "symmetric", pair(2),
                    "turned", keeps=("x ∧ μ", lambda z: z[0] * z[3] - z[1] * z[2])),
     ]  # fmt: skip

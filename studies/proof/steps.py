@@ -77,6 +77,16 @@ class Gaps:
         return tuple(name for name, e in zip(self.names, row, strict=False) if e != 0)
 
 
+_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+
+def from_one(name: str) -> str:
+    """Return the letter of a formula for a symbol whose index counts from 0: x₁ for x_0."""
+    letter, _, index = name.rpartition("_")
+    letter = {"mu": "μ"}.get(letter, letter)
+    return f"{letter}{int(index) + 1}".translate(_SUBSCRIPTS) if index.isdigit() else name
+
+
 class Comparison:
     """A rule's steps on the scenes of a class, derived once, and compared with the flow often.
 
@@ -138,8 +148,8 @@ class Comparison:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the components of a state."""
-        return tuple(str(e) for e in (*self.s.x, *self.s.mu))
+        """The names of the components of a state, counted from 1 as in formulas."""
+        return tuple(from_one(str(e)) for e in (*self.s.x, *self.s.mu))
 
     def gaps(
         self, numbers: Numbers, draw: random.Random, power: int, kept: Sequence[bool] | None = None

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,7 +77,9 @@ def plot(
         raise unknown("kind", kind, KINDS)
     if len({(run.x.shape[1:], run.mu.shape[1:]) for run in runs}) > 1:
         raise BadInput("runs of scenes with other numbers of coordinates cannot be drawn together.")
-    drawn = [_Run(run, look, _angles(wrap, run.x.shape[-1])) for run in runs]
+    names = _told_apart([(subject_of(run) or (None, None))[1] for run in runs])
+    drawn = [_Run(run, name, look, _angles(wrap, run.x.shape[-1]))
+             for run, name in zip(runs, names, strict=True)]  # fmt: skip
     known_rules(labels or {}, [run.rule for run in drawn])
     known = marks(dict.fromkeys(run.rule for run in drawn))
     for run in drawn:
@@ -94,6 +99,33 @@ def subject_of(run: Any) -> tuple[Any, Any] | None:
     made: Any = getattr(run, "scheme", None) or run  # a steered motion has them itself
     subject = getattr(made, "scene", None) or getattr(made, "lattice", None)
     return None if subject is None else (subject, getattr(made, "rule", None))
+
+
+def _told_apart(rules: Sequence[Any]) -> list[str]:
+    """Return the names of rules; of several with one name those of their files stand before it.
+
+    What has one file, too, is numbered.
+    """
+    found = {id(rule): rule for rule in rules}
+    names = {key: str(getattr(rule, "name", "")) for key, rule in found.items()}
+
+    def with_file(key: int) -> str:
+        return f"{_file_of(found[key])}-{names[key]}".lstrip("-")
+
+    def with_number(key: int) -> str:
+        return f"{names[key]} ({[k for k in names if names[k] == names[key]].index(key) + 1})"
+
+    for made in (with_file, with_number):
+        often = Counter(names.values())
+        names = {k: made(k) if often[name] > 1 else name for k, name in names.items()}
+    return [names[id(rule)] for rule in rules]
+
+
+def _file_of(rule: Any) -> str:
+    """Return the name of the file that has a rule's function."""
+    with suppress(AttributeError, TypeError, OSError):  # a program and a notebook have none
+        return Path(inspect.getfile(inspect.unwrap(rule.formula))).stem
+    return ""
 
 
 def _angles(wrap: Any, entries: int) -> tuple[int, ...]:
@@ -124,13 +156,13 @@ class _Run:
     not fixed.
     """
 
-    def __init__(self, run: Any, look: Look, angles: tuple[int, ...]) -> None:
+    def __init__(self, run: Any, rule: str, look: Look, angles: tuple[int, ...]) -> None:
         import numpy as np
 
         self.subject: Any
         self.mark: Any = None
-        self.subject, rule = subject_of(run) or (None, None)
-        self.rule, self.run, self.angles = str(getattr(rule, "name", "")), run, angles
+        self.subject = (subject_of(run) or (None,))[0]
+        self.rule, self.run, self.angles = rule, run, angles
         self.t = np.asarray(run.t, dtype=float)
         self.lattice = run.x.ndim == 3
         parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]

@@ -33,7 +33,7 @@ def test_the_formulas_are_printed_and_checked(capsys):
 def test_a_map_shows_its_field_and_one_that_is_not_symplectic_fails(capsys):
     assert main(["modified", "henon-heiles", "runge-kutta-4", "--order", "5"]) == 1
     shown = capsys.readouterr().out
-    assert "f_1[x_0]" in shown and "the steps follow no such Hamiltonian" in shown
+    assert "f₁[x₁]" in shown and "the steps follow no such Hamiltonian" in shown
     assert main(["modified", "pendulum", "average-vector-field", "--order", "2"]) == 1
     assert "the steps follow no such Hamiltonian" in capsys.readouterr().out
     assert main(["modified", "henon-heiles", "implicit-midpoint", "--order", "2", "--latex"]) == 0

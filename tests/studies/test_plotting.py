@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -83,6 +85,30 @@ def test_names_of_several_runs_stand_beside_the_axes():
         names = [text for text in axes.texts if text.get_text() in ("midpoint", "trapezoidal")]
         assert len(names) == 2 and axes.get_legend() is None
         assert all(text.get_window_extent().x0 >= axes.bbox.x1 for text in names)
+
+
+def test_rules_of_one_name_have_that_of_their_files(tmp_path, monkeypatch):
+    """Several students' functions are called step; two of one file are numbered."""
+    text = """from discmech import black_box
+def made(c):
+    @black_box(order=1)
+    def step(q, p, h, system):
+        p = p - c * h * system.gradient(q, p)
+        return q + h * system.velocity(q, p), p
+    return step
+step, other = made(1), made(1.1)
+"""
+    monkeypatch.syspath_prepend(tmp_path)
+    rules = []
+    for name in ("anna_b", "ben_b"):
+        (tmp_path / f"{name}.py").write_text(text)
+        module = importlib.import_module(name)
+        rules += [module.step, module.other]
+    runs = [run_of("pendulum", rule) for rule in (*rules[:1], *rules[2:])]
+    wanted = ["anna_b-step", "ben_b-step (1)", "ben_b-step (2)"]
+    (axes,) = plot(runs, "energy", labels={"anna_b-step": "Anna"}).axes
+    assert {text.get_text() for text in axes.texts} >= {"Anna", *wanted[1:]}
+    assert "by anna_b-step" not in words(plot(runs[:1])) and "by step" in words(plot(runs[:1]))
 
 
 def test_a_coordinate_that_stays_has_no_panel():

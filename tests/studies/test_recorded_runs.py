@@ -176,7 +176,7 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
     monkeypatch.chdir(tmp_path.parent)
     words = ["verify", f"{tmp_path.name}/mine.py", "--study", "order", "--jobs", "1"]
     assert main(words) == 0
-    assert "pendulum, recorded" in capsys.readouterr().out
+    assert "pendulum, runs," in capsys.readouterr().out
     save(tmp_path, x0=[1.0])
     tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
     assert main(words) == 2

@@ -135,7 +135,7 @@ def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder):
     assert right == ("two-thirds: order 2 is proven for every Lagrangian of 16 classes; the form "
                      "is proven by a theorem, as it has a discrete Lagrangian, for all of them "
                      "(discmech prove both.py:two-thirds).")  # fmt: skip
-    assert wrong.startswith("beside: order 2 is disproven for L(x, v), n = 1 (h^2 differs in x_0")
+    assert wrong.startswith("beside: order 2 is disproven for L(x, v), n = 1 (h^2 differs in x₁")
     assert "11 classes more: a scene that shows it is an exception" in wrong
     assert "proven for every Lagrangian of 4 classes" in wrong
 

@@ -36,6 +36,8 @@ class Recorded(BlackBox):
     recordings: tuple[Recording, ...] = ()
     #: the name of the scene of the runs; if empty, any scene that they fit
     scene: str = ""
+    #: True if no name was given: a file's variable names the runs then
+    unnamed: bool = False
     is_recorded: ClassVar[bool] = True
 
     def unmeasured(self, study: str) -> str:
@@ -112,7 +114,7 @@ def recorded(
                      **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
     if not isinstance(scene, str):
         raise BadInput(f"recorded(scene={shown(scene)}): give the name of a scene.")
-    return Recorded(**vars(made), recordings=found, scene=scene)
+    return Recorded(**vars(made), recordings=found, scene=scene, unnamed=not name)
 
 
 class RecordedScheme(BoxScheme):

@@ -183,6 +183,18 @@ class GeneralisedAlpha:
 @black_box(order=2, symplectic=True)
 def rattle(q, p, h, s):
     """Constraints by hand, for a constant mass."""
+    Q, p = unprojected(q, p, h, s)
+    slope = s.constraint_jacobian(Q)
+
+    def projected(k):
+        return p - slope.T @ k
+
+    k = solved(lambda k: slope @ s.velocity(Q, projected(k)), np.zeros(len(slope)))
+    return Q, projected(k)
+
+
+def unprojected(q, p, h, s):
+    """SHAKE, whose momentum does not keep the velocity on the constraint."""
     slope = s.constraint_jacobian(q)
     half = p - h / 2 * s.gradient(q, p)
 
@@ -191,14 +203,7 @@ def rattle(q, p, h, s):
 
     k = solved(lambda k: s.constraint(moved(k)), np.zeros(len(slope)))
     half, Q = half - slope.T @ k, moved(k)
-    p = half - h / 2 * s.gradient(Q, half)
-    slope = s.constraint_jacobian(Q)
-
-    def projected(k):
-        return p - slope.T @ k
-
-    k = solved(lambda k: slope @ s.velocity(Q, projected(k)), np.zeros(len(slope)))
-    return Q, projected(k)
+    return Q, half - h / 2 * s.gradient(Q, half)
 
 
 @black_box(order=2, reversible=True)

@@ -135,6 +135,13 @@ def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause
     assert of_step(Case("order", BODY, body, 16))["cause"] == cause
 
 
+def test_a_momentum_that_is_not_projected_onto_the_hidden_constraint_is_named():
+    """It is off by h/2 G^T λ in each row and no later, which is not a half step of another time."""
+    shake = black_box(order=2)(methods.unprojected)
+    found = of_step(Case("order", scenes.get("cartesian-pendulum"), shake, 16))
+    assert found["cause"] == "hidden constraint" and "not projected" in found["sentence"]
+
+
 #: a bead of mass 1 + x²: momenta and velocities are no multiples of one another
 BEAD = Scene("bead", pair(1), lambda x, v, p: (1 + x[0] ** 2) * v[0] ** 2 / 2 - x[0] ** 2 / 2,
              x0=[1], v0=["1/2"], duration=8)  # fmt: skip

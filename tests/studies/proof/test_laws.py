@@ -223,7 +223,7 @@ def test_momenta(rule, kind, power):
 
 
 def test_a_cyclic_momentum_is_kept_by_every_map_of_the_field():
-    assert reached("explicit-euler", "momentum", "symmetric", "H(x, μ) without x_0, n = 2") is None
+    assert reached("explicit-euler", "momentum", "symmetric", "H(x, μ) without x₁, n = 2") is None
 
 
 @slow

@@ -93,7 +93,7 @@ def test_every_class(rule):
         *found.classes
     }
     order, told, why = found.classes["L(x, v), n = 2"]
-    assert told and order == found.order and f"h^{order + 1} differs in x_0" in why
+    assert told and order == found.order and f"h^{order + 1} differs in x₁" in why
 
 
 @slow
@@ -355,7 +355,7 @@ def test_floats_are_said():
 
 def test_the_fixture(assert_proven_order):
     assert assert_proven_order(two_thirds, groupoid="time")["verdict"] == "proven"
-    with pytest.raises(AssertionError, match="h\\^3 differs in x_0"):
+    with pytest.raises(AssertionError, match="h\\^3 differs in x₁"):
         assert_proven_order("midpoint", 3, groupoid="time")
 
 
