@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from discmech.integrators import BadInput, Conserved, discretisation, scenes
+from discmech.studies import every_study
+from discmech.studies.core.study import view_of
+from discmech.studies.symplecticity.view import NAMES
 from discmech.studies.user import assertions
 from discmech.studies.user.assertions import (
     Missed,
@@ -17,6 +21,7 @@ from discmech.studies.user.assertions import (
     assert_order,
     assert_reversible,
 )
+from tests.imports import ROOT
 
 pytest_plugins = ["pytester"]
 
@@ -181,3 +186,14 @@ def test_what_cannot_be_asked_is_bad_input_and_no_missed_order(words, message):
     with pytest.raises(BadInput, match=message) as caught:
         assert_order(*words)
     assert "\n" not in str(caught.value)
+
+
+def test_the_keys_of_what_is_measured_that_the_page_names_are_those_of_the_studies():
+    page = (ROOT / "docs/how-to/pytest.md").read_text("utf-8").partition("keys of `[")[2]
+    rows = re.findall(r"^\| (\w+)[^|]*\| (.+) \|$", page, re.MULTILINE)
+    names = {"symplectic": "symplecticity", "reversible": "reversibility"}
+    assert len(rows) == 5
+    for word, keys in rows:
+        study = every_study()[names.get(word, word)].name
+        known = NAMES if study == "symplecticity" else view_of(study).measured.__annotations__
+        assert {*re.findall(r"`(\w+)`", keys)} <= {*known}, word
