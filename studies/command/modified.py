@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -60,13 +60,14 @@ def _modified(options: argparse.Namespace) -> int:
     digits = digits_in(options.digits)
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
-        scene, method, letters = _in_letters(scene_asked(options), lookup.rule(rule))
+        given = lookup.rule(rule)
+        scene, method, letters = _in_letters(scene_asked(options), given)
         scheme = Scheme(scene, method)
         show("running", 0.3)
         order = max(USUAL, scheme.order or 0) if asked is None else asked
         found = kept(scheme, order, digits)
         show("writing formulas", 0.6)
-        terms, missing = _formulas(scheme, found)
+        terms, missing = _formulas(scheme, found, given.left_open)
     verdict = judge(found)
     excused = verdict.verdict == "fail" and not below_order(found)
     if excused and (reason := not_claimed(scheme.rule, "symplectic")):
@@ -104,14 +105,28 @@ def _in_letters(scene: Scene, rule: Discretisation) -> tuple[Scene, Discretisati
     return scene, of_scene(rule), ["", told]
 
 
-def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
-    """Return ({name of a term: expression}, why there are no others)."""
+def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[dict[str, Any], str]:
+    """Return ({name of a term: expression}, why there are no others).
+
+    left_open: the open numbers of the rule, of which each coefficient becomes one fraction.
+    """
     import sympy
 
     from discmech.integrators.errors import CannotMeasure
     from discmech.integrators.extensions.expansions import TooLong
 
     terms, missing = dict[str, Any](), ""
+    letters = [getattr(scheme.s.parameters, name) for name in left_open]
+
+    def collected(e: Any) -> Any:
+        shares = dict[Any, Any]()
+        for term in sympy.Add.make_args(sympy.expand(e)) if letters else ():
+            rest, share = term.as_independent(*letters, as_Add=False)
+            number, rest = rest.as_coeff_Mul()
+            shares[rest] = shares.get(rest, 0) + number * share
+        whole = sympy.Add(*(sympy.factor(c) * rest for rest, c in shares.items()))
+        return sympy.factor_terms(whole if letters else e)
+
     for order in dict.fromkeys((found.first, found.order)):
         try:
             given = scheme.modified_equation(order).formulas
@@ -126,13 +141,13 @@ def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
         if given.hamiltonian is None:
             states = [*scheme.equations.s.x, *names]
             terms |= {
-                f"f_{j}[{state}]": sympy.factor_terms(e)
+                f"f_{j}[{state}]": collected(e)
                 for j, field in enumerate(given.field, 1)
                 for state, e in zip(states, field, strict=True)
             }
             missing = "A one-step map has no discrete Lagrangian: these are its modified fields."
             continue
-        terms |= {f"H_{j}": sympy.factor_terms(e) for j, e in enumerate(given.hamiltonian, 1)}
+        terms |= {f"H_{j}": collected(e) for j, e in enumerate(given.hamiltonian, 1)}
     return {name: e for name, e in terms.items() if e != 0}, missing
 
 

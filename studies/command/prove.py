@@ -1,17 +1,20 @@
-"""`discmech prove RULE`: the order of a rule for every Lagrangian, proven or disproven."""
+"""`discmech prove RULE …`: the order of rules for every Lagrangian, proven or disproven."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from typing import Any
 
+from ..core import lookup
 from ..core.options import whole
+from ..core.outcome import worst
 from .options import RULE_HELP
 from .output import EXIT, progress_shown, write_json
 
-#: the exit code of each answer
-CODES = {True: EXIT["pass"], False: EXIT["fail"], None: EXIT["inconclusive"]}
+#: what a study would say of each answer
+VERDICTS = {"proven": "pass", "disproven": "fail", "not decided": "inconclusive"}
 KINDS = "pair, separable, magnetic, symmetric, cubic, time, force, lie_group, action, product"
 
 
@@ -19,9 +22,10 @@ def add_to(commands: Any) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "prove", help="the order of a rule for every Lagrangian, proven or disproven",
-        epilog="Exit codes: 0 proven, 1 disproven, 2 bad input, 3 not decided.",
+        epilog="Exit codes: 0 proven, 1 disproven, 2 bad input, 3 not decided; of several rules 1 "
+        "before 3 before 2.",
     )  # fmt: skip
-    parser.add_argument("rule", help=RULE_HELP)
+    parser.add_argument("rules", nargs="+", metavar="RULE", help=f"{RULE_HELP}, or all in FILE.py")
     parser.add_argument("--order", metavar="K", help="to be proven (default: what the rule states)")
     parser.add_argument(
         "--groupoid", action="append", default=[], metavar="KIND",
@@ -36,9 +40,17 @@ def _prove(options: argparse.Namespace) -> int:
 
     order = None if options.order is None else whole("--order", 12)(options.order)
     with progress_shown("deriving") as show:
-        found = prove(options.rule, order, groupoid=options.groupoid, progress=show)
+        asked = partial(prove, order=order, groupoid=options.groupoid, progress=show)
+        told = lookup.answers(lookup.rules(options.rules), asked, lambda rule: True)
+    found = [answer for _, answer in told]
+    words = {VERDICTS[answer.verdict]: answer.verdict for answer in found}
+    verdict = worst(words)
     if options.json:
-        write_json(options.json, found.to_json())
+        whole_answer, *others = [answer.to_json() for answer in found]
+        if others:
+            every = [whole_answer, *others]
+            whole_answer = {"command": "prove", "verdict": words[verdict], "rules": every}
+        write_json(options.json, whole_answer)
     if options.json != "-":
-        sys.stdout.write(f"{found.text()}\n")
-    return CODES[found.proven]
+        sys.stdout.write("\n".join(f"{answer.text()}\n" for answer in found))
+    return EXIT[verdict]

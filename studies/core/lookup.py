@@ -30,6 +30,7 @@ from .userfile import UserFile, load, loaded
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
 _Answer = TypeVar("_Answer")
+_Asked = TypeVar("_Asked")
 #: sentences about objects that a file could not make, beside those that a word named with it, and
 #: about files of which nothing can be used, beside other words
 _LEFT_OUT: dict[str, None] = {}
@@ -262,18 +263,26 @@ def left_out(once: bool = True) -> list[str]:
     return said
 
 
-def answers(words: Sequence[str], ask: Callable[[str], _Answer]) -> list[tuple[str, _Answer]]:
-    """Return the words with what `ask` finds for each.
+def _is_whole_file(word: str) -> bool:
+    return word.endswith(".py") and Path(word).is_file()
 
-    A whole file that cannot be used is left out beside others, as a student's of a class is; one
-    that is not there is a mistake of the command itself. Raises `BadInput` if nothing stays.
+
+def answers(
+    words: Sequence[_Asked], ask: Callable[[_Asked], _Answer],
+    beside: Callable[[Any], bool] = _is_whole_file,
+) -> list[tuple[_Asked, _Answer]]:  # fmt: skip
+    """Return the words, or the rules, with what `ask` finds for each.
+
+    What cannot be used is left out beside others if `beside` says so. A whole file is, as a
+    student's of a class; one that is not there is a mistake of the command itself. Raises
+    `BadInput` if nothing stays.
     """
     found, lost = [], []
     for word in words:
         try:
             found.append((word, ask(word)))
         except BadInput as error:
-            if not (word.endswith(".py") and Path(word).is_file()):
+            if not beside(word):
                 raise
             lost.append(str(error))
     if lost and not found:

@@ -176,7 +176,9 @@ def said_of_law(
     """
     places: dict[str, list[str]] = {}
     for name, a in told.items():
-        if a["proven"] is None:
+        if a.get("condition"):
+            said = f"kept to h^{a['order']} {a['condition']},"
+        elif a["proven"] is None:
             said = f"not decided ({a['why']})"
         elif a["order"] is None:
             said = f"proven {a['why']},"

@@ -13,6 +13,7 @@ import itertools
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from discmech.integrators import Discretisation
@@ -22,9 +23,10 @@ from discmech.integrators.numbers import Residue, small_fraction, sympy
 from .classes import SceneClass
 from .constants import Numbers, numbers_for
 from .result import Answer
-from .steps import Comparison
+from .steps import Comparison, Gaps
 
-EVERY, NONE = "for every {}", "for no {}"
+EVERY, NONE, NONE_MORE = "for every {}", "for no {}", "for every {}, and further for none"
+Defect = Callable[..., Gaps]
 STATES = 2  # random states, each of a random scene, in each of two fields
 POINTS = (6, 12, 24, 48, 96)  # values of an open number until its rational functions are known
 MOST_DEGREE = 6  # of polynomials in several open numbers
@@ -59,10 +61,15 @@ class Condition:
         said = ", ".join(f"{sympy.sstr(e)} = 0" for e in self.polynomials)
         if len(self.names) > 1:
             return said
+        values = self.values
+        return f"{said}: {values}" if values else f"{said}: for no real {several}"
+
+    @property
+    def values(self) -> str:
+        """The real values of one open number, "" if there are none."""
         roots = sympy.Poly(self.polynomials[0], sympy.Symbol(self.names[0])).real_roots()
-        values = [f"{self.names[0]} = {e if len(str(e)) < 40 else e.evalf(12)}"
-                  for e in dict.fromkeys(roots)]  # fmt: skip
-        return f"{said}: {' or '.join(values)}" if values else f"{said}: for no real {several}"
+        return " or ".join(f"{self.names[0]} = {e if len(str(e)) < 40 else e.evalf(12)}"
+                           for e in dict.fromkeys(roots))  # fmt: skip
 
 
 def conditions_of(
@@ -82,7 +89,8 @@ def conditions_of(
     if len(classes) > 1 and classes[1].count(power) <= MOST:
         others = _found(rule, names, classes[1], power, draw)
         found = [_both(a, b) for a, b in zip(found, others, strict=True)]
-    told = {k: str(found[k]) for k in range(1, power + 1)}
+    singular = _singular(rule, names, classes[0], draw)
+    told = {k: _said(found[k], singular) for k in range(1, power + 1)}
     condition, new = found[stated], dict(answers)
     for e in classes:
         answer = answers[e.name]
@@ -93,6 +101,78 @@ def conditions_of(
             why = said[holds]
             new[e.name] = replace(answer, proven=None if holds is not False else False, why=why)
     return told, new
+
+
+def of_law(
+    rule: Discretisation, names: Sequence[str], e: SceneClass, defect: Defect, power: int,
+    answer: Answer, draw: random.Random | None,
+) -> Answer:  # fmt: skip
+    """Return the answer to a law that fails, with the open numbers for which it holds further.
+
+    draw: None where that is not to be looked at.
+    """
+    several = ", ".join(names)
+    if draw is None:
+        return replace(answer, proven=None, condition=f"for most {several}")
+    try:
+        found = _found(rule, names, e, power, draw, defect)
+    except CannotMeasure as error:
+        said = f"for most {several} ({str(error).rstrip('.')})"
+        return replace(answer, proven=None, condition=said)
+    further = {str(c): k for k, c in enumerate(found) if not (c.always or c.never)}
+    if not further:
+        return replace(answer, condition=f"only {NONE_MORE.format(several)}")
+    more = " and ".join(f"to h^{k} if {said}" for said, k in further.items())
+    return replace(answer, proven=None, condition=f"{EVERY.format(several)}, {more}")
+
+
+def _said(condition: Condition, singular: Condition) -> str:
+    """Return a condition as words, without the values at which a rule has no step."""
+    if singular.always:
+        return str(condition)
+    if condition.always:
+        return f"{condition} but {singular.values}, where it has no step"
+    letters, of = list(map(sympy.Symbol, singular.names)), singular.polynomials[0]
+    left = []
+    for e in condition.polynomials:
+        while (shared := sympy.gcd(e, of)).free_symbols:
+            e = sympy.quo(e, shared, *letters)
+        left.append(e)
+    return str(Condition(condition.names, left))
+
+
+def _singular(
+    rule: Discretisation, names: Sequence[str], e: SceneClass, draw: random.Random
+) -> Condition:
+    """Return where the derivative of a step's rows is singular at h = 0, whatever the scene is.
+
+    It has no polynomials where there is no such value, and of several open numbers.
+    """
+    if len(names) > 1:
+        return Condition(names, ())
+    comparison, images = Comparison(e.scene(2), rule), []
+    every = [c for part in comparison.constants for c in part]
+    for _ in range(2):
+        numbers = numbers_for(every, comparison.scheme, draw)
+        field, shared = numbers.field, numbers.field.polynomial([0])
+        for _ in range(STATES):
+            seed = draw.getrandbits(64)
+
+            def entries(value: Residue, numbers: Numbers = numbers, seed: int = seed) -> Any:
+                numbers.values = {names[0]: value}
+                comparison.gaps(numbers, random.Random(seed), 1)
+                return comparison.inverses
+
+            poles = field.polynomial([1])
+            for _, bottom in of_values(numbers, entries) or ():
+                pole = field.polynomial(list(bottom))
+                poles = poles * (pole // poles.gcd(pole))
+            shared = shared.gcd(poles)
+        images.append(_monic(field, shared))
+    if len(images[0]) != len(images[1]):
+        raise NotInterpolated("two draws differ in the values at which there is no step")
+    polynomial = _rational(images, names, 2)
+    return _condition(names, [polynomial] if polynomial.free_symbols else [])
 
 
 def _both(a: Condition, b: Condition) -> Condition:
@@ -111,14 +191,20 @@ def _condition(names: Sequence[str], polynomials: Sequence[Any]) -> Condition:
 
 
 def _found(
-    rule: Discretisation, names: Sequence[str], e: SceneClass, power: int, draw: random.Random
-) -> list[Condition]:
-    """Return the condition under which all errors up to h^k vanish, for k = 0, …, power."""
+    rule: Discretisation, names: Sequence[str], e: SceneClass, power: int, draw: random.Random,
+    defect: Defect = Comparison.gaps,
+) -> list[Condition]:  # fmt: skip
+    """Return the condition under which all errors up to h^k vanish, for k = 0, …, power.
+
+    defect: what vanishes; by default what a step and the flow differ by.
+    """
     comparison = Comparison(e.scene(power), rule)
     every = [c for part in comparison.constants for c in part]
     fields = [numbers_for(every, comparison.scheme, draw) for _ in range(2)]
     spans = [
-        (_of_one if len(names) == 1 else _of_several)(comparison, numbers, names, power, draw)
+        (_of_one if len(names) == 1 else _of_several)(
+            partial(defect, comparison), numbers, names, power, draw
+        )
         for numbers in fields
     ]
     found, polynomials = [], list[Any]()
@@ -163,19 +249,19 @@ def _monomials(letters: int, count: int) -> list[tuple[int, ...]]:
 
 
 def _of_one(
-    comparison: Comparison, numbers: Numbers, names: Sequence[str], power: int,
+    defect: Defect, numbers: Numbers, names: Sequence[str], power: int,
     draw: random.Random,
 ) -> list[list[list[Residue]]]:  # fmt: skip
     """Return for each power of h the common divisor of the errors, monic; [] if they are all 0."""
     field = numbers.field
     divisors = [field.polynomial([0]) for _ in range(power + 1)]
     for _ in range(STATES):
-        seed, rows = draw.getrandbits(64), list[Any]()
+        seed, rows, start = draw.getrandbits(64), list[Any](), draw.getrandbits(60)
         for count in POINTS:
-            points = [field.number(i) for i in range(2, count + 2)]
+            points = [field.number(start + i) for i in range(count)]
             for value in points[len(rows) :]:
                 numbers.values = {names[0]: value}
-                rows.append(comparison.gaps(numbers, random.Random(seed), power).rows)
+                rows.append(defect(numbers, random.Random(seed), power).rows)
             found = [[_numerator(numbers, points, [r[k][i] for r in rows])
                       for i in range(len(rows[0][k]))] for k in range(power + 1)]  # fmt: skip
             if all(e is not None for row in found for e in row):
@@ -191,27 +277,32 @@ def _of_one(
         if e == 0:
             answers.append([])
             continue
-        root = e // e.gcd(e.derivative()) if e.degree() > 0 else e  # each zero once
-        lead = field.number(int(root.leading_coefficient()))
-        answers.append([[field.number(int(c)) / lead for c in root.coeffs()]])
+        answers.append([_monic(field, e)])
     return answers
 
 
+def _monic(field: Any, e: Any) -> list[Residue]:
+    """Return the coefficients of the monic polynomial that has each zero of a polynomial once."""
+    root = e // e.gcd(e.derivative()) if e.degree() > 0 else e
+    lead = field.number(int(root.leading_coefficient()))
+    return [field.number(int(c)) / lead for c in root.coeffs()]
+
+
 def of_values(
-    numbers: Numbers, of: Callable[[Residue], list[Residue] | None], count: int
+    numbers: Numbers, of: Callable[[Residue], list[Residue] | None]
 ) -> list[tuple[list[Residue], list[Residue]]] | None:
-    """Return numerator and denominator (monic) of `count` functions of one open number by values.
+    """Return numerator and denominator (monic) of functions of one open number by values.
 
     None where a value is missing, or no functions of a low degree have these.
     """
-    field, rows = numbers.field, list[list[Residue]]()
+    field, rows, start = numbers.field, list[list[Residue]](), random.getrandbits(60)
     for size in POINTS:
-        points = [field.number(i) for i in range(2, size + 2)]
+        points = [field.number(start + i) for i in range(size)]
         for value in points[len(rows) :]:
             if (row := of(value)) is None:
                 return None
             rows.append(row)
-        found = [_quotient(numbers, points, [row[i] for row in rows]) for i in range(count)]
+        found = [_quotient(numbers, points, [row[i] for row in rows]) for i in range(len(rows[0]))]
         if all(e is not None for e in found):
             break
     else:
@@ -262,7 +353,7 @@ def _interpolated(numbers: Numbers, points: list[Residue], values: list[Residue]
 
 
 def _of_several(
-    comparison: Comparison, numbers: Numbers, names: Sequence[str], power: int,
+    defect: Defect, numbers: Numbers, names: Sequence[str], power: int,
     draw: random.Random,
 ) -> list[list[list[Residue]]]:  # fmt: skip
     """Return for each power of h a reduced basis of the polynomials that errors are."""
@@ -285,7 +376,7 @@ def _of_several(
             seed, rows = draw.getrandbits(64), list[Any]()
             for point in points:
                 numbers.values = dict(zip(names, point, strict=True))
-                rows.append(comparison.gaps(numbers, random.Random(seed), power).rows)
+                rows.append(defect(numbers, random.Random(seed), power).rows)
             for k in range(power + 1):
                 for i in range(len(rows[0][k])):
                     values = [row[k][i] for row in rows]

@@ -8,7 +8,7 @@ it is one more than the pseudo-symplectic order of a map, say (Aubry, Chartier, 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -123,11 +123,12 @@ BY_TREES = (
 
 def laws_of(
     laws: Iterable[str], rule: Discretisation, classes: Sequence[SceneClass], order: int,
-    answer: Callable[[SceneClass, Law, int], Answer],
+    answer: Callable[[SceneClass, Law, int, bool], Answer], no_step: Mapping[str, str],
 ) -> dict[str, dict[str, Answer]]:  # fmt: skip
     """Return {law: {class: answer}}.
 
-    order: of the rule. answer: of a class, a law, and the last power that is to be looked at.
+    order: of the rule. answer: of a class, a law, the last power that is to be looked at, and
+    whether the law has failed on no class before. no_step: class ↦ why a rule has no step there.
     """
     found: dict[str, dict[str, Answer]] = {}
     for name in laws:
@@ -135,6 +136,9 @@ def laws_of(
         for e in classes:
             law = _law(name, e)
             if law is None:
+                continue
+            if e.name in no_step:
+                told[e.name] = Answer(None, None, no_step[e.name])
                 continue
             if name in OF_FORM and rule.asks_lagrangian:
                 told[e.name] = Answer(None, True, BY_A_THEOREM)
@@ -146,7 +150,10 @@ def laws_of(
             e, least = replace(e, further=e.further + law.further), order + law.least
             most = max(least, min(2 * order + 1, MOST_POWER))
             powers = [k for k in range(least, most + 1) if e.dear * e.count(k) <= MOST_LETTERS]
-            told[e.name] = answer(e, law, powers[-1]) if powers else Answer(None, None, TOO_MANY)
+            first = not any(a.condition or a.proven is False for a in told.values())
+            told[e.name] = (
+                answer(e, law, powers[-1], first) if powers else Answer(None, None, TOO_MANY)
+            )
     return found
 
 

@@ -108,6 +108,16 @@ def leading_error(
     return {name: c for name, c in zip(terms, _common(found, names), strict=True) if c is not None}
 
 
+def no_leading_error(order: int | None, names: Sequence[str]) -> str:
+    """Return a sentence that says why a rule with open numbers has no leading error."""
+    if order not in TERMS:
+        several = ", ".join(names)
+        return f"no leading error: it is known if one order, 1, 2 or 4, holds for every {several}."
+    if len(names) > 1:
+        return "no leading error: it is known of one open number at most."
+    return f"no leading error: it is no sum of {', '.join(TERMS[order][1])} for every {names[0]}."
+
+
 def of_rule(rule: Discretisation) -> dict[str, Any]:
     """Return the leading error of a rule without open numbers on pairs, by the order it states."""
     e, draw = SceneClass("", "pair", pair(2)), random.SystemRandom()
@@ -153,7 +163,7 @@ def _in_field(
 
     if not names:
         return solved()
-    return of_values(numbers, solved, count)
+    return of_values(numbers, solved)
 
 
 def _solved(

@@ -16,15 +16,15 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, pair
 from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
-from discmech.integrators.extensions.expansions import NotConsistent, NotExpanded, NotKnown
+from discmech.integrators.extensions.expansions import NoStep, NotConsistent, NotExpanded, NotKnown
 from discmech.integrators.numbers import BITS, NotRational
 
 from ..core import lookup
 from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
-from .conditions import conditions_of
+from .conditions import conditions_of, of_law
 from .constants import decimals_in, numbers_for
 from .laws import BY_TREES, LAWS, Law, laws_of
-from .leading import leading_error
+from .leading import leading_error, no_leading_error
 from .letters import Told, lettered
 from .result import Answer, Result
 from .steps import MOST_STATES, Comparison, Gaps
@@ -130,17 +130,21 @@ def prove(
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
         leading = leading_error(asked, told.open, exact, pairs[-1], draw)
-    kept = dict[str, dict[str, Answer]]()
-    if not told.open:
-        progress("laws", None)
-        reached = min((a.order for a in answers.values() if a.order), default=stated)
-        kept = laws_of(
-            asked_laws,
-            asked,
-            chosen,
-            min(reached, stated),
-            lambda e, law, power: _answer(e, asked, power, power, draw, power, law),
-        )
+        if told.open and not leading:
+            notes.append(no_leading_error(exact, told.open))
+    progress("laws", None)
+    reached = min((a.order for a in answers.values() if a.order), default=stated)
+
+    def answered(e: SceneClass, law: Law, power: int, first: bool) -> Answer:
+        if told.open and law.states > 1:
+            return Answer(None, None, f"it is looked at for values of {', '.join(told.open)} alone")
+        answer = _answer(e, asked, power, power, draw, power, law)
+        if not told.open or answer.proven is not False:
+            return answer
+        return of_law(asked, told.open, e, law.defect, power, answer, draw if first else None)
+
+    no_step = {name: a.why for name, a in answers.items() if a.power == 0}
+    kept = laws_of(asked_laws, asked, chosen, min(reached, stated), answered, no_step)
     if any(a.proven is False for a in kept.get("conjugate-symplectic", {}).values()):
         notes.append(BY_TREES)
     claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
@@ -236,7 +240,8 @@ def _answer(
     except NotKnown:
         answer = Answer(None, None, "quotients 0/0 in it take too many powers of h away")
     except CannotMeasure as error:
-        answer = Answer(None, None, _sentence(error))
+        power_missed = 0 if isinstance(error, NoStep) else None
+        answer = Answer(None, None, _sentence(error), power=power_missed)
     except RecursionError:
         answer = Answer(None, None, "its formulas are too long for these Lagrangians")
     except (NotRational, ZeroDivisionError) as error:

@@ -17,7 +17,8 @@ class Answer:
 
     order: the last power of h up to which a step agrees with the flow, or None. at_least: True if
     the next power was not looked at, or agrees too. power, missed: the first power of h that
-    differs, and the components that do. chance: a bound of the chance that "proven" is wrong.
+    differs, and the components that do; power 0: a step of length 0 is singular. chance: a bound of
+    the chance that "proven" is wrong. condition: of a law, for which open numbers it holds further.
     """
 
     order: int | None
@@ -28,6 +29,7 @@ class Answer:
     missed: tuple[str, ...] = ()
     chance: float | None = None
     seconds: float = 0.0
+    condition: str = ""
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.order, self.proven, self.why))
@@ -118,6 +120,6 @@ def _as_json(answers: Mapping[str, Answer]) -> dict[str, Any]:
     return {
         name: {"order": a.order, "at_least": a.at_least, "proven": a.proven, "why": a.why,
                "verdict": a.verdict, "power": a.power, "missed": list(a.missed), "chance": a.chance,
-               "seconds": round(a.seconds, 3)}
+               "seconds": round(a.seconds, 3), "condition": a.condition}
         for name, a in answers.items()
     }  # fmt: skip

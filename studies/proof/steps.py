@@ -106,6 +106,8 @@ class Comparison:
         #: of the last step: powers of h that quotients took away, and where L or H was asked for
         self.lost = 0
         self.states = set[tuple[float, ...]]()
+        #: the entries of (∂rows/∂unknowns)⁻¹ at h = 0
+        self.inverses = list[Any]()
 
     def reach(self, still: bool) -> tuple[float, int]:
         """Return the derivatives of L beyond the power of h, and at how many states they are taken.
@@ -200,7 +202,7 @@ class Comparison:
         z, n, derivative = list(at[0]), len(self.s.x), None
         xi = [] if self.parts[0].equations.discrete is None else at[1]
         start = [*z[: n if xi else None], *xi]
-        self.states = {tuple(e.v for e in start)}
+        self.states, self.inverses = {tuple(e.v for e in start)}, []
         h = Series.variable(power + lost + 1, numbers.field.number(1))
         sizes = numbers.sizes(self.scheme, self.substeps)
         every = [*zip(self.parts, self.constants, sizes, strict=True)]
@@ -211,6 +213,7 @@ class Comparison:
             )
             x, mu, w = self._part(steps, z[:n], z[n:], q, at, power, lost)
             self.states |= self._states(steps, z, w, q)
+            self.inverses += map(numbers.field.number, steps.inverse.flat)
             if slopes:
                 own = steps.derivative(z[:n], z[n:], w, q, power)
                 derivative = own if derivative is None else own @ derivative

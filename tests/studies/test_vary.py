@@ -167,6 +167,26 @@ def test_a_letter_of_rules_is_no_name_of_an_open_number(name):
         discretisation(parameters=("w", name))(lambda L, G, x, u, h: h * L(x, u))
 
 
+def test_coefficients_with_an_open_number_are_one_fraction_each(tmp_path, capsys):
+    """Of 25 terms with (8w + 1)⁻¹ to (8w + 1)⁻⁶ two are left."""
+    file = tmp_path / "eighths.py"
+    file.write_text("""from fractions import Fraction
+from discmech import discretisation
+
+@discretisation(order=2, stages=1, parameters=("w",))
+def eighths(L, G, x, u, h, s, w):
+    total = 0
+    for k, b in enumerate((w, 1 - w, 1 - w, w)):
+        c = Fraction(k, 3)
+        at, bend = c * u + c * (c - 1) * s[0], (2 * c - 1) * s[0]
+        total += h * b / 2 * L(G.target(x, at, h), G.velocity(x, at, u + bend, h))
+    return total
+""", "utf-8")  # fmt: skip
+    assert main(["modified", "pendulum", f"{file}:eighths", "--order", "2"]) == 0
+    third = capsys.readouterr().out.partition("H₃ = ")[2].partition("\n\n")[0]
+    assert third.count("8·w + 1") == 1 and "(4·w − 1)" in third and len(third) < 120
+
+
 def test_a_modified_hamiltonian_has_the_letter_of_an_open_number(mine, capsys):
     file = mine.replace("mine.py", "second.py")
     text = MINE.replace('parameters=("w",)', 'order=1, parameters=("w",)')
@@ -174,5 +194,5 @@ def test_a_modified_hamiltonian_has_the_letter_of_an_open_number(mine, capsys):
         second.write(text)
     assert main(["modified", "harmonic", f"{file}:mixed", "--order", "1"]) == 0
     told = capsys.readouterr().out
-    assert "(w − 1/2)" in told.partition("H₂ = ")[2].partition("\n")[0]
+    assert "(2·w − 1)" in told.partition("H₂ = ")[2].partition("\n")[0]
     assert "hold for every value; the runs that check them have w = 1/7" in told

@@ -4,9 +4,9 @@ from .laurent import TooLong
 from .modified_equation import ModifiedEquation
 from .run_derivatives import RunDifferentiated
 from .series import NotKnown, Series, series_namespace
-from .step_series import NotConsistent, NotExpanded, StepSeries, series_function
+from .step_series import NoStep, NotConsistent, NotExpanded, StepSeries, series_function
 
 __all__ = [
-    "ModifiedEquation", "NotConsistent", "NotExpanded", "NotKnown", "RunDifferentiated", "Series",
-    "StepSeries", "TooLong", "series_function", "series_namespace",
+    "ModifiedEquation", "NoStep", "NotConsistent", "NotExpanded", "NotKnown", "RunDifferentiated",
+    "Series", "StepSeries", "TooLong", "series_function", "series_namespace",
 ]  # fmt: skip

@@ -38,6 +38,10 @@ class NotExpanded(CannotMeasure):
     """A step has no series: Newton found no step of length 0, or its rows are singular there."""
 
 
+class NoStep(NotExpanded):
+    """The rows of a step of length 0 are singular."""
+
+
 class NotConsistent(NotExpanded):
     """A step of length 0 is not the identity: the rows of a step have a pole at h = 0."""
 
@@ -74,7 +78,7 @@ class StepSeries:
         at, momentum = ([_constant(e) for e in part] for part in (x, mu))
         few = [_cut(e, FEW) for e in q]
         w = self._newton(at, momentum, few, list(start))
-        inverse = self._inverse(at, momentum, w, few)
+        self.inverse = inverse = self._inverse(at, momentum, w, few)
         end = power + 1 + lost
         for k in range(1, power + 1):
             part = [[_until(e, k + 1 + lost) for e in given] for given in (x, mu, w)]
@@ -154,8 +158,8 @@ class StepSeries:
             raise NotConsistent("a step of length 0 is not the identity.")
         raise self._refused("a step of length 0 has a pole where its stages are looked for.")
 
-    def _refused(self, why: str) -> NotExpanded:
-        return NotExpanded(f"{self.context.scene.name} with {self.context.scheme.rule.name}: {why}")
+    def _refused(self, why: str, kind: type[NotExpanded] = NotExpanded) -> NotExpanded:
+        return kind(f"{self.context.scene.name} with {self.context.scheme.rule.name}: {why}")
 
     def _inverse(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars) -> np.ndarray:
         """Return (∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
@@ -164,7 +168,7 @@ class StepSeries:
         try:
             return _inverted(entries, self.numbers)
         except (ZeroDivisionError, np.linalg.LinAlgError):
-            raise self._refused("the equations of a step are singular there.") from None
+            raise self._refused("the equations of a step are singular there.", NoStep) from None
 
     def start(self, x: Scalars, mu: Scalars, parameters: Scalars, near: Scalars) -> list[Scalar]:
         """Return where Newton starts from constants (x, μ): at ξ(x, μ), f(x, μ), or 0."""

@@ -13,6 +13,7 @@ import sympy
 
 from discmech import BadInput, compose, discretisation, explain, one_step, prove, splitting
 from discmech.integrators import rules
+from discmech.integrators.rules.parameters import with_parameters
 from discmech.studies.command import main
 from discmech.studies.core.result import StudyResult
 from discmech.studies.core.store import Store
@@ -274,6 +275,57 @@ def test_a_node_squared():
     assert found.conditions[4].startswith("3*t**2 - 1 = 0")
 
 
+@discretisation(order=2, stages=1, parameters=("w",))
+def eighths(L, G, x, u, h, s, w):
+    """Weights w/2, (1 − w)/2, (1 − w)/2, w/2 on a parabola: no step for 8w + 1 = 0."""
+    total = 0
+    for k, b in enumerate((w, 1 - w, 1 - w, w)):
+        c = Fraction(k, 3)
+        at, bend = c * u + c * (c - 1) * s[0], (2 * c - 1) * s[0]
+        total += h * b / 2 * L(G.target(x, at, h), G.velocity(x, at, u + bend, h))
+    return total
+
+
+@slow
+def test_values_without_a_step_are_named():
+    found = prove(eighths, groupoid="time", laws="self-adjoint")
+    assert found.conditions[2] == "for every w but w = -1/8, where it has no step"
+    assert found.conditions[4] == "4*w - 1 = 0: w = 1/4"
+    (law,) = found.laws["self-adjoint"].values()
+    assert law.proven and law.order == 5
+
+
+def test_a_rule_without_a_step_keeps_no_form():
+    found = prove(with_parameters(eighths, {"w": "-1/8"}), groupoid="time", laws="symplectic")
+    (answer,), (law,) = found.classes.values(), found.laws["symplectic"].values()
+    assert answer.proven is law.proven is None and "singular" in law.why
+
+
+def test_laws_of_a_rule_with_an_open_number():
+    @one_step(order=1, implicit=True, parameters=("w",))
+    def theta(s, z, Z, h, w):
+        return Z - z - h * s.f(w * z + (1 - w) * Z)
+
+    found = prove(theta, groupoid=["cubic", "time"])
+    for law in ("symplectic", "self-adjoint", "volume"):
+        first, other = found.laws[law].values()
+        assert first.condition == "for every w, to h^3 if 2*w - 1 = 0: w = 1/2"
+        assert other.condition == "for most w" and first.order == other.order == 1
+    assert "symplectic: kept to h^1 for every w, to h^3 if 2*w - 1 = 0" in found.text()
+    (answer,) = found.laws["conjugate-symplectic"].values()
+    assert answer.proven is None and "values of w alone" in answer.why
+
+
+@slow
+@pytest.mark.parametrize(("rule", "said"), [
+    (eighths, "no sum of v·L_xx v, f·M⁻¹f for every w"),
+    (nodes_with_a_stage(sympy.Symbol("t")), "1, 2 or 4, holds for every t"),
+])  # fmt: skip
+def test_why_there_is_no_leading_error(rule, said):
+    found = prove(rule, groupoid="pair", laws=())
+    assert not found.leading and any(said in e for e in found.notes)
+
+
 def test_several_open_numbers():
     @discretisation(order=2, parameters=("a", "b"))
     def ends(L, G, x, u, h, a, b):
@@ -311,6 +363,28 @@ def test_the_command(tmp_path, capsys):
     (answer,) = told["classes"].values()
     assert told["verdict"] == "proven" and answer["order"] == 2 and answer["proven"] is True
     assert main(["prove", "midpoint", "--groupoid", "time", "--order", "3"]) == 1
+
+
+def test_a_rule_that_cannot_be_asked_does_not_hinder_others(tmp_path, capsys):
+    file = tmp_path / "own.py"
+    file.write_text("""from discmech import discretisation
+
+@discretisation(order=2)
+def sound(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 2), u)
+
+@discretisation(order=2)
+def asks(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 2 if h > 0 else h), u)
+""", "utf-8")  # fmt: skip
+    assert main(["prove", str(file), "--groupoid", "time"]) == 2
+    told = capsys.readouterr()
+    assert "sound: order 2 proven" in told.out and "truth value" in told.err
+    found = tmp_path / "found.json"
+    words = [str(file), "midpoint", "--groupoid", "time", "--order", "3", "--json", str(found)]
+    assert main(["prove", *words]) == 1
+    answer = json.loads(found.read_text())
+    assert answer["verdict"] == "disproven" and len(answer["rules"]) == 2
 
 
 @pytest.mark.parametrize(("words", "said"), [
