@@ -28,6 +28,17 @@ cart = Scene(
 fuel = Control(cart, cost=lambda x, v, f, p: sympy.sqrt(f[0] ** 2 + Rational(1, 4)), end=([1], [0]))
 
 
+def free(x, v, p):
+    """The Lagrangian that two scenes share."""
+    return v[0] ** 2 / 2
+
+
+short, long = (Scene(name, pair(1), free, x0=[0], v0=[0], duration=T)
+               for name, T in (("short", 1), ("long", 2)))  # fmt: skip
+fast = Control(short, cost=lambda x, v, f, p: f.dot(f) / 2, end=([1], [0]))
+slow = Control(long, cost=lambda x, v, f, p: f.dot(f) / 2 + x[0] ** 2, end=([1], [0]))
+
+
 @discretisation(order=2)
 def beside_the_middle(L, G, x, u, h):
     """The point of midpoint moved by 10⁻⁶ of the step: of order 1."""

@@ -39,6 +39,31 @@ def beside_the_middle(L, G, x, u, h):
 
 
 @discretisation(order=2)
+def beside_on_sites(L, G, x, u, h):
+    """The same where it is asked for a site, and midpoint where it is asked for a bond."""
+    off = Rational(1, 10**6) if len(x) == 1 else 0
+    return h * L(G.target(x, u, (Rational(1, 2) + off) * h), u)
+
+
+@discretisation(order=2)
+def first_bead(L, G, x, u, h):
+    """Of order 1 about x = 0, where the first one of beads in a row moves."""
+    off = sum(sympy.exp(-((4 * z) ** 2)) for z in x) / 10**4
+    return h * L(G.target(x, u, (Rational(1, 2) + off) * h), u)
+
+
+#: beads at rest at 0, 1, 2, …
+row = Lattice(
+    name="row", site=pair(1), sites=12,
+    on_site=lambda x, v, p: v[0] ** 2 / 2 - sympy.sin(x[0]) ** 2 / 2,
+    on_bond=lambda x, y, p: -((y[0] - x[0] - 1) ** 2) / 2,
+    x0=(np.arange(12) + 0.2 * np.sin(1.3 * np.arange(12)))[:, None],
+    v0=0.3 * np.cos(2.1 * np.arange(12))[:, None],
+    symmetries={"nothing": lambda x, p: [0]},
+)  # fmt: skip
+
+
+@discretisation(order=2)
 def heavy(L, G, x, u, h):
     """Not consistent: V too large by 10⁻¹⁰."""
     m = G.target(x, u, h / 2)

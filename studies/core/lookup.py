@@ -185,6 +185,8 @@ def problem_of(scene: Scene) -> Any:
     for file in reversed(loaded()):
         own = {name: each for name, each in _problems_in(file).items()
                if each.scene.laws == scene.laws}  # fmt: skip
+        if named := {name: each for name, each in own.items() if each.scene.name == scene.name}:
+            own = named
         if len(set(own.values())) > 1:
             raise BadInput(
                 f"{file.path}: {', '.join(own)} are problems of one scene, {scene.name}; give "

@@ -11,6 +11,9 @@ import math
 import random
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
 
 from discmech import reference
 from discmech.integrators import Scheme
@@ -23,6 +26,7 @@ from .effective import effective_order_of
 from .floats import floats_of
 from .grid import Floor, Grid
 from .laws import Law, worst_departure
+from .of_lattices import order_of_sites
 from .of_programs import order_of
 from .order import NEAR, LocalOrder, unknown
 from .places import Place, is_linear, places_along, places_at, places_of, places_on, seed_of
@@ -37,11 +41,12 @@ class Evidence:
     """The evidence of one scheme; each part is computed when it is first asked for.
 
     seed: the seed from which places, times and steps are drawn; it follows from the content of
-    scene and rule. Raises `ReferenceFailure` for a scene without continuous equations.
+    scene and rule. lattice: the scheme of a lattice of which `scheme` has two neighbours; the order
+    is that of its own steps. Raises `ReferenceFailure` for a scene without continuous equations.
     """
 
-    def __init__(self, scheme: Scheme) -> None:
-        self.scheme = scheme
+    def __init__(self, scheme: Scheme, lattice: Any = None) -> None:
+        self.scheme, self.lattice = scheme, lattice
         self.seed = seed_of(scheme)
         self._departures: dict[Law, Departure] = {}
 
@@ -78,6 +83,8 @@ class Evidence:
     def order(self) -> LocalOrder:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
+            if self.lattice is not None:
+                return order_of_sites(self.lattice, self.seed)
             places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
             found = order_of(self.whole, places, self.seed, along)
@@ -100,7 +107,8 @@ class Evidence:
 
     def floats(self, wanted: float) -> Floats:
         """Return whether the rule's floats explain an order below the wanted one, and how."""
-        return floats_of(self.whole, self.order, wanted)
+        order = self.order if self.lattice is None else evidence_of(self.scheme).order
+        return floats_of(self.whole, order, wanted)
 
     @cached_property
     def linear(self) -> bool:
@@ -126,7 +134,7 @@ class Evidence:
         for c in self.order.components:
             if c.order is not None and c.constant and abs(c.order - expected) <= NEAR:
                 with mpmath.workdps(20):
-                    size = mpmath.norm([*c.place.x, *c.place.mu], 2)
+                    size = mpmath.norm([*np.ravel(c.place.x), *np.ravel(c.place.mu)], 2)
                     worst = max(worst, float(c.constant / size)) if size else worst
         return worst or None
 
@@ -141,6 +149,6 @@ def _named(found: LocalOrder) -> LocalOrder:
 
 
 @lru_cache(maxsize=256)
-def evidence_of(scheme: Scheme) -> Evidence:
+def evidence_of(scheme: Scheme, lattice: Any = None) -> Evidence:
     """Return the evidence of a scheme, one object for all studies."""
-    return Evidence(scheme)
+    return Evidence(scheme, lattice)

@@ -13,7 +13,7 @@ from discmech.reference import ReferenceFailure
 from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
-from . import NEAR, LocalOrder, evidence_of
+from . import NEAR, Evidence, LocalOrder, evidence_of
 from .laws import AGAIN, ARROW, ENERGY, ROUNDINGS, Law
 from .rows import energy_by_row, of_rows
 
@@ -36,11 +36,12 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
                   if law in ENERGY.values()}  # fmt: skip
         return replace(found or SingleSteps(), laws=by_row) if by_row else found
     try:
-        scheme = system_of(case).single_steps()
+        system = system_of(case)
+        scheme = system.single_steps()
         if scheme is None:
             return None
         settled = least is None and not scheme.rule.is_formula
-        return of_scheme(scheme, *laws, least=least or 1, settled=settled)
+        return of_scheme(scheme, *laws, least=least or 1, settled=settled, lattice=system.of_sites)
     except Displaced:
         raise
     except (ReferenceFailure, DiscmechError) as failure:
@@ -48,14 +49,14 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
 
 
 def of_scheme(
-    scheme: Scheme, *laws: Law, least: int | None = None, settled: bool = False
+    scheme: Scheme, *laws: Law, least: int | None = None, settled: bool = False, lattice: Any = None
 ) -> SingleSteps:
-    """Return the record of the single steps of a scheme.
+    """Return the record of the single steps of a scheme; lattice: as of `Evidence`.
 
     least: the order below which it is too low; the declared one if None. settled: True to count
     only components whose errors sink as one power of the step.
     """
-    evidence = evidence_of(scheme)
+    evidence = evidence_of(scheme, lattice)
     order = _settled(evidence.order) if settled else evidence.order
     told = SingleSteps(
         order.order, order.component, order.step, str(order.place or ""), seed=evidence.seed,
@@ -69,12 +70,11 @@ def of_scheme(
     if order.order is not None and order.order < least - NEAR:
         told = replace(told, floats=evidence.floats(least))
     always = [law for law in (AGAIN, ARROW) if not law.refusal(scheme)]
-    return replace(told, laws=_departures(scheme, (*laws, *always)))
+    return replace(told, laws=_departures(evidence, (*laws, *always)))
 
 
-def _departures(scheme: Scheme, laws: Sequence[Law]) -> dict[str, Departure]:
+def _departures(evidence: Evidence, laws: Sequence[Law]) -> dict[str, Departure]:
     """Return the largest departure from each law; why it is unknown where there are no places."""
-    evidence = evidence_of(scheme)
     try:
         return {law.name: evidence.departure(law) for law in laws}
     except ReferenceFailure as failure:

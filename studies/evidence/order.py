@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from .places import Place, random_fraction
 if TYPE_CHECKING:
     from discmech.reference.answer.local_motion import ExactState
 
+#: (component, error of a step, bound of round-off), mpf
+StepError: TypeAlias = tuple[str, Any, Any]
 GUARD = 15
 #: the share of the digits, less 14, by which the error of a step is below the motion at the
 #: expected order; if no error shows, the next: a constant may be as small as Kahan and Li's
@@ -177,7 +179,7 @@ def _unlike(
 def step_errors(
     scheme: Scheme, place: Place, flow: Flow, exact: ExactState, count: int = 1,
     slopes: Matrix | None = None,
-) -> list[tuple[str, Any, Any]]:  # fmt: skip
+) -> list[StepError]:  # fmt: skip
     """Return (component, error of `count` steps from a place, bound of round-off), in mpmath.
 
     slopes: for a program |∂fⱼ/∂zᵢ|, rows j; none for a formula.
@@ -215,13 +217,35 @@ def at_place(
 ) -> list[ComponentOrder]:
     """Return the local order of each component at one place, from the flows of two steps.
 
+    unclear, halved: as of `orders`.
+    """
+    made = {flow.step: flow for flow in flows}
+
+    def errors(steps: Sequence[Fraction]) -> list[list[StepError]]:
+        ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
+        return [step_errors(scheme, place, made.get(step) or scheme.flow(step, digits), end)
+                for step, end in zip(steps, ends, strict=True)]  # fmt: skip
+
+    steps = [flow.step for flow in flows]
+    return orders(scheme.order or 2, place, steps, errors, digits, unclear, halved)
+
+
+def orders(
+    expected: int,
+    place: Any,
+    steps: Sequence[Fraction],
+    errors: Callable[[Sequence[Fraction]], list[list[StepError]]],
+    digits: int,
+    unclear: Sequence[Any] = (),
+    halved: bool = False,
+) -> list[ComponentOrder]:
+    """Return the local order of each component at one place, from the errors of two steps.
+
     unclear: other possible errors of each component, as a part of the step. An order that is below
     the expected one and no whole number is measured again, from a step between the two to the
     shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
-    steps = [flow.step for flow in flows]
-    ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
-    both = [step_errors(scheme, place, flow, end) for flow, end in zip(flows, ends, strict=True)]
+    both = errors(steps)
     found = []
     with mpmath.workdps(digits + GUARD):
         ratio = mpmath.log(mpmath.mpf(steps[0].numerator) / steps[0].denominator
@@ -234,25 +258,24 @@ def at_place(
                 found.append(ComponentOrder(name, None, None, place, large))
                 continue
             order = float(mpmath.log(large / small) / ratio) - 1
-            size = float(mpmath.log10(large) - (order + 1) * mpmath.log10(flows[0].step))
+            size = float(mpmath.log10(large) - (order + 1) * mpmath.log10(steps[0]))
             found.append(
                 ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place, large)
             )
-    if halved or not any(map(partial(_is_mixed, scheme.order or 2), found)):
+    if halved or not any(map(partial(_is_mixed, expected), found)):
         return found
     with mpmath.workdps(digits + GUARD):
         between = Fraction(math.exp(-float(ratio) / 2)) * steps[0]
     first = between
     for k in range(1 + FURTHER):
         last = steps[1] / SHORTER**k
-        again = [scheme.flow(step, digits) for step in (first, last)]
-        nearer = at_place(scheme, place, again, digits, unclear, halved=True)
+        nearer = orders(expected, place, (first, last), errors, digits, unclear, halved=True)
         # only orders that are too low here too are replaced: shorter steps find no order that was
         # not there
         found = [replace(b, error=a.error)
-                 if _is_mixed(scheme.order or 2, a) and _is_low(scheme.order or 2, b) else a
+                 if _is_mixed(expected, a) and _is_low(expected, b) else a
                  for a, b in zip(found, nearer, strict=True)]  # fmt: skip
-        if not any(map(partial(_is_mixed, scheme.order or 2), found)):
+        if not any(map(partial(_is_mixed, expected), found)):
             break
         first = last
     return found

@@ -36,8 +36,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         return Verdict("fail" if missed else "pass", said if missed else "",
                        {"at_least": OF_FORMS["control"] * allowed})  # fmt: skip
     verdict = _judge_contact(case, found) if found.contact else _of_laws(case, found, allowed)
-    what = "two neighbours and their bond"
-    return single_steps.judge(found.local, verdict, wanted=case.order, asks_order=True, what=what)
+    return single_steps.judge(
+        found.local, verdict, wanted=case.order, asks_order=True, what="the lattice"
+    )
 
 
 def _of_laws(case: Case, found: Measured, allowed: float) -> Verdict:

@@ -41,7 +41,7 @@ from ..systems.runs import (
 from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .records import Fault, Found, Measured, Row
-from .sight import laws_of, seen
+from .sight import FAULT, laws_of, seen
 from .work import less_work
 
 NAME = "momentum"
@@ -160,8 +160,11 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     _, *state = run.states[-1]
     drifts = {name: float(values.max()) for name, values in series.items()}
     units = {name: along.units for name, along in run.momenta.items()}
-    return Found(rows, Measured(drifts, rate=system.rates(tuple(state))), steps, units,
-                 over=_over(case, steps), walks=walks_of(case, steps))  # fmt: skip
+    walks = walks_of(case, steps)
+    faults = {name: Fault(FAULT * limit, system.moved(name, tuple(state), FAULT * limit))
+              for name, limit in limits_of(case, walks, units).items()}  # fmt: skip
+    return Found(rows, Measured(drifts, rate=system.rates(tuple(state))), steps, units, faults,
+                 _over(case, steps), walks)  # fmt: skip
 
 
 def depends_on(case: Case) -> str:

@@ -40,7 +40,8 @@ def measured(case: Case, runs: float | None = None) -> SingleSteps | None:
     local = single_steps(case, least=least)
     if local is None or local.unknown:
         return local
-    evidence = evidence_of(system_of(case).single_steps())
+    system = system_of(case)
+    evidence = evidence_of(system.single_steps(), system.of_sites)
     local = replace(local, rate=evidence.rate(case.order or 2), linear=evidence.linear)
     if case.rule.effective:
         local = replace(local, effective=evidence.effective)

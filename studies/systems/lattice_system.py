@@ -22,7 +22,7 @@ from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
 from .modified_change import Change
 from .one_bond import LARGE, scene_of
-from .quantities import change, energies, entries_of, of_symmetries
+from .quantities import change, energies, entries_of, momentum, of_symmetries
 from .reference import rates_at, solution
 from .residual import step_defects
 from .system import End, Ladder, SiteMomentum, System
@@ -199,6 +199,11 @@ class LatticeSystem(System):
             return None
         return scheme_of(scene_of(self.lattice), self.case.rule)
 
+    @property
+    def of_sites(self) -> Any:
+        """The scheme of all sites, whose steps tell the order of each."""
+        return self.scheme
+
     # -- long runs --------------------------------------------------------------------------
 
     def usual_steps(self, claimed: bool = True) -> int:
@@ -235,6 +240,17 @@ class LatticeSystem(System):
         parts = of_symmetries(self.lattice)
         rates = rates_at(self.scheme, *state) if parts else state
         return {name: change(self.scheme, part, state, rates) for name, part in parts.items()}
+
+    def moved(self, name: str, state: Pair, size: float) -> float:
+        """Return the change of a momentum, over its terms, where a fault moves x and μ.
+
+        It moves each entry by that share of its size, up or down.
+        """
+        drawn, part = np.random.default_rng(0), of_symmetries(self.lattice)[name]
+        fault = [e * (1 + size * drawn.choice((-1, 1), e.shape)) for e in state]
+        before, after = (momentum(self.scheme, part, *at)[:, :, 0] for at in
+                         ([e[None] for e in pair] for pair in (state, fault)))  # fmt: skip
+        return float(abs(after[0] - before[0]).max() / (before[1].max() or 1.0))
 
     @property
     def text(self) -> str:

@@ -106,6 +106,9 @@ class System(ABC):
     def single_steps(self) -> Any:
         """Return the scheme whose steps stand for the system's (`studies.evidence`), or None."""
 
+    #: the scheme of a lattice, of which `single_steps` has two neighbours alone
+    of_sites: Any = None
+
     @abstractmethod
     def usual_steps(self, claimed: bool = True) -> int:
         """Return the number of steps of a long run in double precision."""
@@ -128,6 +131,10 @@ class System(ABC):
     def rates(self, state: tuple[Any, Any]) -> dict[str, float]:
         """Return |dJ/dt| of its own `momenta` in a state, by the equations, over their terms."""
         return {}
+
+    def moved(self, name: str, state: Any, size: float) -> float:
+        """Return the change of a momentum by a fault of that size, over its terms (`momenta`)."""
+        raise NotImplementedError
 
     @property
     def text(self) -> str:

@@ -1,0 +1,100 @@
+"""Single steps of whole lattices: each site and bond is judged by what runs ask of the rule."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech import Lattice, Scheme, discretisation, pair
+from discmech.integrators import rules
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.studies import check
+from discmech.studies.evidence.of_lattices import MOST, order_of_sites, sample_of
+
+HALF, OFF = sympy.Rational(1, 2), sympy.Rational(1, 10**6)
+N = 12
+MASS = np.where(np.arange(N) == 7, 2.0, 1.0)
+#: beads of one mass, but for one
+CHAIN = Lattice(
+    "odd-one", pair(1), N, {"mass": MASS},
+    on_site=lambda x, v, p: p.mass * v[0] ** 2 / 2 - sympy.sin(x[0]) ** 2 / 2,
+    on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2 - (y[0] - x[0]) ** 4 / 4,
+    x0=0.7 * np.sin(1.3 * np.arange(N))[:, None], v0=0.3 * np.cos(2.1 * np.arange(N))[:, None],
+)  # fmt: skip
+
+
+def beside(where):
+    """The midpoint rule with its point beside the middle by 10⁻⁶ of the step in some calls."""
+
+    @discretisation(order=2)
+    def rule(L, G, x, u, h):
+        return h * L(G.target(x, u, h * (HALF + OFF * where(L, x))), u)
+
+    return rule
+
+
+WRONG = {
+    "sites": lambda L, x: int(len(x) == 1),
+    "bonds": lambda L, x: int(len(x) == 2),
+    "one site": lambda L, x: L.parameters.mass - 1 if len(x) == 1 else 0,
+    "one place": lambda L, x: sum(sympy.exp(-100 * (z + HALF) ** 2) for z in x),
+}
+
+
+@pytest.mark.parametrize("where", WRONG)
+def test_a_rule_that_is_wrong_in_some_of_its_calls_is_of_order_1(where):
+    found = order_of_sites(Scheme(CHAIN, beside(WRONG[where])), 3)
+    assert found.order == pytest.approx(1, abs=1e-3)
+    assert "of site" in found.component
+    if where == "one site":
+        assert found.component.endswith("site 7")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(e, marks=() if e in ("fput", "rotors") else pytest.mark.slow)
+             for e in systems.NAMES],
+)  # fmt: skip
+@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2", "suzuki:trapezoidal"])
+def test_every_lattice_has_the_order_of_the_rule_at_every_site(name, rule):
+    lattice = systems.get(name)
+    if lattice.constraint is not None and rule == "gauss-2":
+        pytest.skip("rules with stages do not meet constraints")
+    scheme = Scheme(lattice, rules.get(rule))
+    found = order_of_sites(scheme, 5)
+    assert found.order == pytest.approx(scheme.order, abs=0.02)
+
+
+def test_of_many_sites_those_of_each_kind_are_taken_with_their_neighbours():
+    mass, stiff = np.ones(5000), np.ones(4999)
+    mass[3210], stiff[1234] = 2, 3
+    chain = replace(
+        CHAIN, sites=5000, parameters={"mass": mass, "stiff": stiff}, fixed=[17],
+        on_bond=lambda x, y, p: -p.stiff * (y[0] - x[0]) ** 2 / 2,
+        x0=np.zeros((5000, 1)), v0=np.ones((5000, 1)),
+    )  # fmt: skip
+    sample, sites = sample_of(chain, 1)
+    assert len(sites) == sample.sites <= MOST
+    assert {0, 1, 16, 17, 18, 1233, 1234, 1235, 3209, 3210, 3211, 4998, 4999} <= {*sites}
+    given = sample.split_parameters
+    assert given["site"]["mass"][sites.index(3210)] == 2 and 3 in given["bond"]["stiff"]
+    assert not sample.free[sites.index(17)] and sample.free.sum() == len(sites) - 1
+    assert order_of_sites(Scheme(chain, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+
+
+def test_a_contact_is_left_out_and_the_rest_is_judged():
+    table = replace(CHAIN, contact=lambda x, p: [x[0] + 2], restitution="1/2")
+    assert order_of_sites(Scheme(table, beside(WRONG["sites"])), 3).order == pytest.approx(1)
+
+
+def test_a_momentum_that_no_fault_moves_is_no_pass():
+    for xi, verdict in ((0, "inconclusive"), (1, "pass")):
+        free = replace(
+            CHAIN, on_site=lambda x, v, p: p.mass * v[0] ** 2 / 2,
+            symmetries={"shift": lambda x, p, xi=xi: [xi]},
+        )  # fmt: skip
+        found = check("momentum", [free], [rules.midpoint], steps=100)
+        assert found["verdict"] == verdict
+    assert "nothing could fail" not in str(found)
