@@ -18,7 +18,7 @@ from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, ladder, measure
 from .recorded import FEWEST
 from .records import BLEW_UP, Found, is_of_a_value
-from .window import approaches, departure, finest_order, floor, not_converging
+from .window import approaches, departure, finest_order, floor, not_converging, off_the_line
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
@@ -209,6 +209,14 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
+    slope = found.measured.order
+    if verdict.verdict == "pass" and slope and (row := off_the_line(found.rows, slope)):
+        said = (
+            f"the run of the step {row.step:.6g} is off by {row.error:.2g}, which is not on the "
+            f"line of the others, order {slope:.2f}, and neither its step nor round-off explains "
+            "it: record all runs by one method."
+        )
+        return Verdict("inconclusive", said, verdict.expected)
     if verdict.verdict == "pass" and local.unknown:
         said = f"the errors at all rows have their order, but {local.unknown.rstrip('.')}."
         return Verdict("inconclusive", said, verdict.expected)

@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ..core.case import Case
 from ..core.fitting import (
     BENT,
@@ -144,6 +146,30 @@ def fit(case: Case, rows: Sequence[Row], certain: float) -> tuple[list[Row], Mea
     window = _window(case, rows, errors, certain, [row.round_off or 0.0 for row in rows])
     made = zip(rows, marks(errors, window, least), strict=True)
     return [replace(row, **mark) for row, mark in made], Measured(**line_of(window))
+
+
+def off_the_line(rows: Sequence[Row], order: float) -> Row | None:
+    """Return a run beside a line of four and more with an error that is not the method's, or None.
+
+    Errors on the line are within `STRAIGHT` of it. What is left of them grows, relative to the
+    line, as another power of the step towards longer steps, and as round-off towards shorter ones:
+    by h⁴, and by N² h^-order, N the number of steps. So a run that is farther off, though its step
+    is only a little longer or shorter, is another method's.
+    """
+    used = [row for row in rows if row.used]
+    if len(used) < LEAST_POINTS:
+        return None
+    steps, errors = np.log2([(row.step, row.error or math.nan) for row in used]).T
+    line = np.polyfit(steps, errors, 1)
+    for row in rows:
+        if row.used or row.error is None:
+            continue
+        wanted = 2 ** np.polyval(line, math.log2(row.step))
+        longer, shorter = row.step / used[0].step, used[-1].step / row.step
+        grown = longer**4 if longer > 1 else shorter ** (2 + order)
+        if abs(row.error / wanted - 1) > 2 * (2 ** STRAIGHT[True] - 1) * grown:
+            return row
+    return None
 
 
 def slope_of_multipliers(case: Case, rows: Sequence[Row], certain: float) -> float | None:

@@ -12,6 +12,8 @@ from discmech.integrators.rules import get
 from discmech.studies import check
 from discmech.studies.command import main
 from discmech.studies.evidence.rows import of_rows
+from discmech.studies.order.records import Row
+from discmech.studies.order.window import off_the_line
 
 
 def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz"):
@@ -46,6 +48,35 @@ def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
     for wrong in (1, 3):
         assert order(tmp_path, wrong)["verdict"] == "fail"
     assert order(tmp_path, None)["verdict"] == "measured"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", [0, 4])
+def test_a_run_of_another_method_is_named(tmp_path, k):
+    save(tmp_path)
+    other = tmp_path / "other"
+    other.mkdir()
+    save(other, "runge-kutta-4")
+    (other / f"run{k}.npz").replace(tmp_path / f"run{k}.npz")
+    case = order(tmp_path)
+    assert case["verdict"] == "inconclusive" and "record all runs by one method" in case["reason"]
+
+
+@pytest.mark.parametrize(
+    ("errors", "named"),
+    [
+        ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),
+        ([6e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 0),  # a longer step by another method
+        ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1e-11], 4),  # a shorter one
+        ([0.06, 4.4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # h⁴ of other powers
+        ([4e-8, 1e-8, 2.5e-9, 6.25e-10, 1.8e-10, 2e-10], None),  # round-off
+    ],
+)
+def test_what_is_on_no_line_is_another_power_or_round_off_or_another_run(errors, named):
+    on_line = [k for k, e in enumerate(errors) if e in (1e-3, 2.5e-4, 6.25e-5, 1e-8, 2.5e-9)
+               or e in (4e-3, 1.5625e-5, 4e-8, 6.25e-10)]  # fmt: skip
+    rows = [Row(10 * 2**k, 2.0**-k, e, used=k in on_line) for k, e in enumerate(errors)]
+    assert off_the_line(rows, 2) is (None if named is None else rows[named])
 
 
 @pytest.mark.slow
