@@ -92,14 +92,16 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
 
 
 def part_of(lattice: Lattice, sites: Sequence[int]) -> Lattice:
-    """Return the lattice of some sites and of the bonds among them."""
+    """Return the lattice of some sites and of the bonds among them; sites with other bonds stay."""
     number = {site: k for k, site in enumerate(sites)}
-    taken = np.isin(lattice.pairs, sites).all(axis=1)
+    of_sites = np.isin(lattice.pairs, sites)
+    taken = of_sites.all(axis=1)
+    rim = {int(site) for site in lattice.pairs[of_sites & ~taken[:, None]]}
     parts, (x0, v0) = lattice.split_parameters, lattice.start
     given = {**parts["shared"], **{k: a[[*sites]] for k, a in parts["site"].items()},
              **{k: a[taken] for k, a in parts["bond"].items()}}  # fmt: skip
     bonds = [(number[i], number[j]) for i, j in lattice.pairs[taken].tolist()]
-    fixed = [number[i] for i in sites if not lattice.free[i]]
+    fixed = [number[i] for i in sites if i in rim or not lattice.free[i]]
     return replace(
         lattice, sites=len(sites), bonds=bonds, parameters=given, x0=x0[[*sites]], v0=v0[[*sites]],
         fixed=fixed, fixed_ends=False,
@@ -193,6 +195,10 @@ class _Steps:
         count = min(FEW if tied else MANY, max(1, int(lattice.duration / lattice.step)))
         every = max(1, count // (PLACES + ALONG))
         run = flow.trajectory(count, every)
+        of_x = np.ptp(run.x, axis=0).max() or abs(run.x).max() or 1.0
+        # at rest that of a motion through a tenth of the largest x in a step
+        slow = np.full(run.mu[0].shape, float(of_x) / (10 * float(lattice.step)))
+        of_mu = abs(run.mu).max() or abs(flow.momenta(run.x[0], slow)).max()
         for place, k in enumerate(
             self.drawn.sample(range(len(run.t)), min(len(run.t), PLACES + ALONG))
         ):
@@ -200,8 +206,8 @@ class _Steps:
             if place < PLACES - 1 and not tied:
                 share = self.drawn.uniform(*SHARES)
                 if lattice.groupoid.canonical:
-                    x = self._beside(x, np.ptp(run.x, axis=0).max(), share)
-                mu = self._beside(mu, abs(run.mu).max(), share)
+                    x = self._beside(x, of_x, share)
+                mu = self._beside(mu, of_mu, share)
             yield SitesPlace(x, mu, Fraction(lattice.step) * every * k)
 
     def _beside(self, values: np.ndarray, size: float, share: float) -> np.ndarray:
