@@ -95,8 +95,9 @@ def part_of(lattice: Lattice, sites: Sequence[int]) -> Lattice:
     """Return the lattice of some sites and of the bonds among them; sites with other bonds stay."""
     number = {site: k for k, site in enumerate(sites)}
     of_sites = np.isin(lattice.pairs, sites)
-    taken = of_sites.all(axis=1)
-    rim = {int(site) for site in lattice.pairs[of_sites & ~taken[:, None]]}
+    taken: np.ndarray = np.all(of_sites, axis=1)
+    leaving = of_sites & ~taken[:, None]
+    rim = {*lattice.pairs[leaving].tolist()}
     parts, (x0, v0) = lattice.split_parameters, lattice.start
     given = {**parts["shared"], **{k: a[[*sites]] for k, a in parts["site"].items()},
              **{k: a[taken] for k, a in parts["bond"].items()}}  # fmt: skip
