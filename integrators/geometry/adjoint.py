@@ -16,14 +16,14 @@ from ..equations import StepEquations
 from ..numbers import arithmetic, random_point
 from ..rules import Discretisation
 from .defects import in_round_offs
-from .local_geometry import LocalGeometry
-from .one_step_geometry import OneStepGeometry, StepNotFound
+from .local_geometry import LocalGeometry, StagesNotFound
+from .one_step_geometry import OneStepGeometry
 
 #: many digits, because in unfavourable units the terms that distinguish a map from its adjoint may
 #: be tiny beside others, for example those of the potential at a random state
 DIGITS = 300
-#: steps of a map, each a quarter of the one before, of which one has to be found
-TRIES = 6
+#: steps, each a 16th of the one before, of which one has to be found
+TRIES = 10
 
 
 @lru_cache(maxsize=512)
@@ -32,13 +32,15 @@ def is_self_adjoint(equations: Any) -> bool:
 
     This is decided at two random points (`identities`), in x, u, h and the parameters, component by
     component: a difference counts if it exceeds 10¹⁰⁻³⁰⁰ of its own terms, which is above 10²²
-    round-offs of the 312 digits. Internal stages are solved for. A one-step map is stepped to and
-    fro instead.
+    round-offs of the 312 digits. Internal stages are solved for. A one-step map, and a rule with
+    stages of a Lagrangian that is linear in the velocity, are stepped to and fro instead.
     """
     if equations.free is not None:
         return equations.symmetric and is_self_adjoint(equations.free)
-    gap = _gap_of_any_step if equations.arrows is None else _gap
-    return all(gap(equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
+    # stages of a Lagrangian that is linear in u are found together with u alone
+    by_map = equations.arrows is None or (equations.s.degenerate and len(equations.s.stages))
+    gap = _gap_of_map if by_map else _gap
+    return all(_at_some_step(gap, equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
 
 
 def order_of_step(
@@ -58,17 +60,17 @@ def order_of_step(
     return int(order) + (groupoid._inversion is not None and self_adjoint())
 
 
-def _gap_of_any_step(equations: StepEquations, seed: int) -> float:
-    """Return `_gap_of_map` at the longest step, of ever shorter ones, that Newton finds."""
+def _at_some_step(gap: Callable[..., float], equations: StepEquations, seed: int) -> float:
+    """Return a gap at the longest step, of ever shorter ones, that Newton finds."""
     for k in range(TRIES):
         try:
-            return _gap_of_map(equations, seed, 4**k)
-        except StepNotFound:
+            return gap(equations, seed, 16**k)
+        except StagesNotFound:  # of a map, its step
             continue
-    return _gap_of_map(equations, seed, 4**TRIES)
+    return gap(equations, seed, 16**TRIES)
 
 
-def _gap_of_map(equations: StepEquations, seed: int, shorter: int = 1) -> float:
+def _gap_of_map(equations: StepEquations, seed: int, shorter: int) -> float:
     """Return how far Φ₋ₕ(Φₕ(z)) is from z at a random z.
 
     It is the largest component of the gap divided by the effect of round-off on it, times ε. So a
@@ -92,10 +94,11 @@ def _gap_of_map(equations: StepEquations, seed: int, shorter: int = 1) -> float:
         return float(in_round_offs(gap, errors[:kept]))
 
 
-def _gap(equations: StepEquations, seed: int) -> float:
+def _gap(equations: StepEquations, seed: int, shorter: int) -> float:
     """Return how far apart the maps of L_d* and L_d are at a random point, like `_gap_of_map`."""
     s, numbers = equations.s, arithmetic(DIGITS)
     point = random_point([*s.x, *s.u, s.h, *s.parameter_list], (*s.u, s.h), seed)
+    point[s.h] /= shorter
     with numbers.working():
 
         def geometry(sign: int) -> LocalGeometry:

@@ -114,7 +114,8 @@ def begin(x=X0, mu=MU0, **parameters):
     """Return a state at x and mu; parameters: those that differ from PARAMETERS."""
     if unknown := parameters.keys() - PARAMETERS.keys():
         raise TypeError(f"there is no parameter {{min(unknown)}}, but {{', '.join(PARAMETERS)}}")
-    values = [np.ravel(parameters.get(name, value)) for name, value in PARAMETERS.items()]
+    values = [np.ravel(np.array(parameters.get(name, value), dtype=float))
+              for name, value in PARAMETERS.items()]
     s = State()
     s.x, s.mu = np.array(x, dtype=float).tolist(), np.array(mu, dtype=float).tolist()
     for i, value in enumerate(np.concatenate([[0.0], *values]).tolist()):
