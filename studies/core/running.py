@@ -146,8 +146,7 @@ def run_plan(
         raise
     if found and all(result.unusable for result in found.values()):
         raise BadInput(next(iter(found.values())).reason)
-    progress("the smallest that fails", 1.0)
-    found |= shrunk(plan, found, store)
+    found |= shrunk(plan, found, store, progress)
     if store is not None:
         store.prune()
     complete = []

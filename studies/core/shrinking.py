@@ -20,7 +20,7 @@ from discmech.integrators import scenes
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.scene import Scene
 
-from .case import Case, Choice
+from .case import Case, Choice, Progress
 from .fingerprint import of_everything
 from .one_case import run_case
 from .outcome import OF_STEPS, without_figures
@@ -37,7 +37,7 @@ MOST_STEPS = 2**20
 
 
 def shrunk(
-    plan: Plan, found: dict[Place, AnyResult], store: Store | None
+    plan: Plan, found: dict[Place, AnyResult], store: Store | None, progress: Progress
 ) -> dict[Place, AnyResult]:
     """Return the failing results, with the smallest case that fails too: by study and method."""
     groups: dict[tuple[Any, ...], list[Place]] = {}
@@ -55,6 +55,7 @@ def shrunk(
     for places in groups.values():
         place = min(places, key=lambda p: size(plan.case(p).scene))
         study, case = plan.studies[place[0]], plan.case(place)
+        progress(f"{study.name}, {case.scene.name} {case.label}: the smallest that fails", 1.0)
         make = partial(_listed, study, case, found[place])
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
