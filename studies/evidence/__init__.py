@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -84,7 +85,8 @@ class Evidence:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
             if self.lattice is not None:
-                return order_of_sites(self.lattice, self.seed)
+                with suppress(reference.ReferenceFailure):  # then that of two neighbours
+                    return order_of_sites(self.lattice, self.seed)
             places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
             found = order_of(self.whole, places, self.seed, along)

@@ -66,14 +66,18 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
     """Return a lattice of some of its sites without contact, and their numbers there.
 
     They are all that there are, or those of each kind (fixed or not, degree, parameters), the
-    first, the last and others at random, with the neighbours of each.
+    first, the last and others at random, with the neighbours of each. Raises `ReferenceFailure`
+    where arrays are parameters of sites and of bonds at once: a part has no such arrays.
     """
-    lattice = replace(lattice, contact=None, bond_contact=None, restitution=0)
+    if lattice.has_contact:
+        lattice = replace(lattice, contact=None, bond_contact=None, restitution=0)
     most = MOST // lattice.groupoid.dim_x if lattice.groupoid.dim_x else MOST
     if lattice.sites <= most:
         return lattice, tuple(range(lattice.sites))
     drawn, pairs = np.random.default_rng(seed), lattice.pairs
     parts = lattice.split_parameters
+    if parts["site"].keys() & parts["bond"].keys():
+        raise ReferenceFailure(f"{lattice.name}: its arrays are those of sites and of bonds")
     kinds = [lattice.free[:, None], np.bincount(pairs.ravel(), minlength=lattice.sites)[:, None]]
     kinds += [a.reshape(lattice.sites, -1) for a in parts["site"].values()]
     _, of_each = np.unique(np.hstack(kinds), axis=0, return_index=True)
@@ -117,7 +121,8 @@ def order_of_sites(scheme: Any, seed: int) -> LocalOrder:
     one. Raises `ReferenceFailure` where none is known.
     """
     lattice, sites = sample_of(scheme.lattice, seed)
-    steps = _Steps(lattice, scheme.rule, scheme.order or 2, sites, random.Random(seed))
+    judged = scheme if lattice is scheme.lattice else Scheme(lattice, scheme.rule)
+    steps = _Steps(judged, scheme.order or 2, sites, random.Random(seed))
     missed: StepFailure | None = None
     found: list[ComponentOrder] = []
     shown: tuple[Fraction, ...] = ()
@@ -161,15 +166,14 @@ class _Steps:
     """Small steps of a rule on a lattice from states on its motion and beside it."""
 
     def __init__(
-        self, lattice: Lattice, rule: Any, expected: int, sites: tuple[int, ...],
-        drawn: random.Random,
-    ) -> None:  # fmt: skip
-        self.lattice, self.expected, self.drawn = lattice, expected, drawn
-        self.judged, self.exact = Scheme(lattice, rule), _symmetric(lattice)
+        self, judged: Any, expected: int, sites: tuple[int, ...], drawn: random.Random
+    ) -> None:
+        self.lattice = lattice = judged.lattice
+        self.expected, self.drawn = expected, drawn
+        self.judged, self.exact = judged, _symmetric(lattice)
         self.digits = digits_for(expected)
-        moving = [k for k in range(lattice.sites) if lattice.free[k]]
+        self.moving = moving = np.flatnonzero(lattice.free).tolist()
         n, m = lattice.groupoid.dim_x, lattice.groupoid.dim_u
-        self.moving = moving
         self.names = [f"{word}[{i}] of site {sites[k]}" for word, size in (("x", n), ("mu", m))
                       for k in moving for i in range(size)]  # fmt: skip
         self.count, self.of_x = len(self.names), len(moving) * n

@@ -11,6 +11,7 @@ import sympy
 from discmech import Lattice, Scheme, discretisation, pair
 from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.reference import ReferenceFailure
 from discmech.studies import check
 from discmech.studies.evidence.of_lattices import MOST, order_of_sites, sample_of
 
@@ -83,6 +84,17 @@ def test_of_many_sites_those_of_each_kind_are_taken_with_their_neighbours():
     free = {site for site, free in zip(sites, sample.free, strict=True) if free}
     assert {0, 1234, 3210, 4999} <= free and not {17, 3209, 3211} & free
     assert order_of_sites(Scheme(chain, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+
+
+def test_arrays_of_sites_and_bonds_at_once_leave_two_neighbours():
+    ring = replace(
+        CHAIN, sites=200, bonds="ring", parameters={"mass": np.ones(200)},
+        x0=np.zeros((200, 1)), v0=np.ones((200, 1)),
+    )  # fmt: skip
+    with pytest.raises(ReferenceFailure, match="of sites and of bonds"):
+        sample_of(ring, 1)
+    for rule, verdict in ((rules.midpoint, "pass"), (beside(lambda L, x: 1), "fail")):
+        assert check("lattices", [ring], [rule], steps=10)["verdict"] == verdict
 
 
 def test_a_contact_is_left_out_and_the_rest_is_judged():

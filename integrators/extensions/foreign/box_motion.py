@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -38,13 +39,9 @@ class BoxMotion:
     def begin(self, steps: int, every: int, allocate: Allocate | None) -> None:
         """Write the start in the box's own coordinates; its row comes with the first steps."""
         self.steps, self.every, flow = steps, every, self.flow
-        numbers = self.numbers.dtype
-        columns = {
-            word: ((len(part),), numbers)
-            for word, part in zip(("x", "mu"), self.start, strict=True)
-        }
-        count = steps // every + 1
-        self.rows = (allocate or (lambda c, k: allocated(c, k, self.numbers)))(columns, count)
+        x, mu = (((len(part),), self.numbers.dtype) for part in self.start)
+        make = allocate or partial(allocated, numbers=self.numbers)
+        self.rows = make({"x": x, "mu": mu}, steps // every + 1)
         with self.numbers.user_working():
             self.at = flow._written(*self.start, self.t0)
 
