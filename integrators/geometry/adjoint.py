@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import StepEquations
-from ..numbers import arithmetic, random_point
+from ..numbers import arithmetic, random_point, sympy
 from ..rules import Discretisation
 from .defects import in_round_offs
 from .local_geometry import LocalGeometry, StagesNotFound
@@ -22,6 +22,10 @@ from .one_step_geometry import OneStepGeometry
 #: many digits, because in unfavourable units the terms that distinguish a map from its adjoint may
 #: be tiny beside others, for example those of the potential at a random state
 DIGITS = 300
+#: units of length: in one that is 10³⁵ times longer or shorter than the motion's, what is not
+#: symmetric is above 10⁻²⁹⁰ of the rest as the eighth power of a short length, and exp(−x²) of a
+#: long one is seen in the next unit
+UNITS = (-140, -70, 70, 140)  # powers of 10
 #: steps, each a 16th of the one before, of which one has to be found
 TRIES = 10
 
@@ -32,15 +36,19 @@ def is_self_adjoint(equations: Any) -> bool:
 
     This is decided at two random points (`identities`), in x, u, h and the parameters, component by
     component: a difference counts if it exceeds 10¹⁰⁻³⁰⁰ of its own terms, which is above 10²²
-    round-offs of the 312 digits. Internal stages are solved for. A one-step map, and a rule with
+    round-offs of the 312 digits. On pairs it is decided in other units of length too, where the
+    maps have a value. Internal stages are solved for. A one-step map, and a rule with
     stages of a Lagrangian that is linear in the velocity, are stepped to and fro instead.
     """
     if equations.free is not None:
         return equations.symmetric and is_self_adjoint(equations.free)
     # stages of a Lagrangian that is linear in u are found together with u alone
     by_map = equations.arrows is None or (equations.s.degenerate and len(equations.s.stages))
-    gap = _gap_of_map if by_map else _gap
-    return all(_at_some_step(gap, equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
+    gap, most = _gap_of_map if by_map else _gap, 10.0 ** (10 - DIGITS)
+    if not all(_at_some_step(gap, equations, seed) < most for seed in range(2)):
+        return False
+    units = () if by_map or not equations.groupoid.canonical else UNITS
+    return not any(_gap_in_unit(equations, unit) >= most for unit in units)
 
 
 def order_of_step(
@@ -70,6 +78,14 @@ def _at_some_step(gap: Callable[..., float], equations: StepEquations, seed: int
     return gap(equations, seed, 16**TRIES)
 
 
+def _gap_in_unit(equations: StepEquations, unit: int) -> float:
+    """Return `_gap` at lengths of about 10^unit; nan where the maps have no value there."""
+    try:
+        return _gap(equations, 0, 1, unit)
+    except (ArithmeticError, ValueError):  # no stages, or the root of what is negative
+        return float("nan")
+
+
 def _gap_of_map(equations: StepEquations, seed: int, shorter: int) -> float:
     """Return how far Φ₋ₕ(Φₕ(z)) is from z at a random z.
 
@@ -94,11 +110,13 @@ def _gap_of_map(equations: StepEquations, seed: int, shorter: int) -> float:
         return float(in_round_offs(gap, errors[:kept]))
 
 
-def _gap(equations: StepEquations, seed: int, shorter: int) -> float:
+def _gap(equations: StepEquations, seed: int, shorter: int, unit: int = 0) -> float:
     """Return how far apart the maps of L_d* and L_d are at a random point, like `_gap_of_map`."""
     s, numbers = equations.s, arithmetic(DIGITS)
     point = random_point([*s.x, *s.u, s.h, *s.parameter_list], (*s.u, s.h), seed)
     point[s.h] /= shorter
+    for letter in [*s.x, *s.u] if unit else ():
+        point[letter] *= sympy.Integer(10) ** unit
     with numbers.working():
 
         def geometry(sign: int) -> LocalGeometry:
