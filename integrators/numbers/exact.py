@@ -6,7 +6,9 @@ once, and high precision never sees a rounded one.
 
 from __future__ import annotations
 
+import ast
 import math
+import operator
 import re
 import sys
 from collections.abc import Iterable, Iterator
@@ -38,6 +40,9 @@ _COUNTING = ("factorial", "factorial2", "subfactorial", "binomial", "RisingFacto
 DEEPEST = 100
 # the depth from which Python needs more than its 1000 calls, and calls per level
 SHALLOW, FRAMES = 20, 100
+LONG = 200  # characters of a number with roots
+_SUMS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
+         ast.Div: operator.truediv}  # fmt: skip
 LARGEST_COUNT = 2**53  # the last whole number up to which double precision counts
 SMALLEST = Fraction(1, 10**300)  # its inverse and half are doubles, too
 
@@ -107,6 +112,8 @@ def _read(value: Given, what: str) -> Exact:
             large = power is not None and abs(int(power[1])) > LARGEST_POWER
             number = Fraction(0) if large else Fraction(value.strip())
         except (ValueError, ZeroDivisionError):
+            if "sqrt" in value and (found := _with_roots(value)) is not None:
+                return _read(found, what)
             raise BadInput(
                 f'{what} is "{value[:LISTED]}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
@@ -136,6 +143,30 @@ def _read(value: Given, what: str) -> Exact:
         raise BadInput(
             f"{what} is {shown(value)} of type {type(value).__name__}: give a number."
         ) from None
+
+
+def _with_roots(text: str) -> Expression | None:
+    """Return a number that is written with sqrt(...), + - * / and brackets; None for any other.
+
+    No name but sqrt is known, and nothing is called.
+    """
+
+    def value(node: ast.AST) -> Expression:
+        match node:
+            case ast.Constant(value=int() | float()):
+                return sympy.Rational(ast.get_source_segment(text, node))
+            case ast.UnaryOp(op=ast.USub()):
+                return -value(node.operand)
+            case ast.BinOp(op=op) if type(op) in _SUMS:
+                return _SUMS[type(op)](value(node.left), value(node.right))
+            case ast.Call(func=ast.Name(id="sqrt"), args=[inner], keywords=[]):
+                return sympy.sqrt(value(inner))
+        raise ValueError
+
+    try:
+        return value(ast.parse(text, mode="eval").body) if len(text) <= LONG else None
+    except (ValueError, SyntaxError, TypeError):
+        return None
 
 
 def exact_rational(value: Given, what: str) -> Fraction:

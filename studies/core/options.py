@@ -91,6 +91,8 @@ def digits_in(text: str, single: bool = False) -> int:
 
 def values_of(text: str) -> tuple[str, list[str]]:
     """Return (name, values) of w=0:1/2:21, from 0 to 1/2 in 21 values, or of w=0,1/6,1/4."""
+    from discmech.integrators.numbers import exact
+
     name, equals, given = text.partition("=")
     try:
         if ":" in given:
@@ -99,13 +101,13 @@ def values_of(text: str) -> tuple[str, list[str]]:
             size = (Fraction(last) - begin) / (number - 1)
             values = [begin + size * k for k in range(number)]
         else:
-            values = [Fraction(each) for each in given.split(",")]
-    except (ValueError, ZeroDivisionError):
+            values = [exact(each, name) for each in given.split(",")]
+    except (ValueError, ZeroDivisionError):  # BadInput is one
         values = []
     if not (name.isidentifier() and equals and values):
         refuse(
             f"--vary {text} names no number with its values: write --vary w=0:1/2:21 for 21 values "
-            "from 0 to 1/2, or --vary w=0,1/6,1/4."
+            "from 0 to 1/2, or --vary w=0,1/6,sqrt(3)/6."
         )
     return name, [str(value) for value in values]
 

@@ -7,8 +7,10 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from typing import Any
+
+from discmech.integrators.numbers import exact
+from discmech.integrators.numbers.types import Exact
 
 from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
@@ -102,8 +104,8 @@ class Expected:
 
 # -- a number that takes several values ------------------------------------------------------------
 
-#: mine:w=1/6 of a rule, mine.w-1_6 of a scene
-_NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?)")
+#: mine:w=1/6 or mine:w=sqrt(3)/6 of a rule, mine.w-1_6 of a scene
+_NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?|[^:=,]*sqrt[^:=,]*)")
 FEWEST = 3  # values that make a curve
 
 
@@ -132,7 +134,7 @@ class Curve:
     name: str
     place: str
     digits: int
-    cases: Sequence[tuple[Fraction, Any]]
+    cases: Sequence[tuple[Exact, Any]]
 
     @property
     def usual(self) -> int:
@@ -140,7 +142,7 @@ class Curve:
         return Counter(round(case.measured.order) for _, case in self.cases).most_common(1)[0][0]
 
     @property
-    def best(self) -> tuple[Fraction, Any]:
+    def best(self) -> tuple[Exact, Any]:
         """The value with the highest order and, of these, the least error constant."""
         return max(self.cases, key=lambda pair: (
             round(pair[1].measured.order),
@@ -194,7 +196,7 @@ def curves(cases: Iterable[Any]) -> list[Curve]:
 
     A label of a rule stands in the titles alone: values are read off its name.
     """
-    found: dict[tuple[str, str, str, int], list[tuple[Fraction, Any]]] = {}
+    found: dict[tuple[str, str, str, int], list[tuple[Exact, Any]]] = {}
     titles: dict[str, str] = {}
     for case in cases:
         rule, label = case.named or case.rule, _NAME.fullmatch(str(case.rule))
@@ -204,7 +206,7 @@ def curves(cases: Iterable[Any]) -> list[Curve]:
                 if name is rule and label:
                     titles[varied[1]] = label[1]
                 key = (varied[1], varied[2], str(place), case.digits)
-                found.setdefault(key, []).append((Fraction(varied[3].replace("_", "/")), case))
+                found.setdefault(key, []).append((exact(varied[3].replace("_", "/"), name), case))
     return [
         Curve(titles.get(of, of), name, place, digits, sorted(pairs, key=lambda pair: pair[0]))
         for (of, name, place, digits), pairs in found.items() if len(pairs) >= FEWEST

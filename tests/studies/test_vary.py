@@ -47,6 +47,7 @@ def mine(tmp_path):
 def test_values_are_exact():
     assert values_of("w=0:1/2:4") == ("w", ["0", "1/6", "1/3", "1/2"])
     assert values_of("k=0.1,2,1e1") == ("k", ["1/10", "2", "10"])
+    assert values_of("w=1/5,sqrt(3)/6") == ("w", ["1/5", "sqrt(3)/6"])
     for text in ("w", "w=", "w=0:1", "w=0:1:1", "w=a:b:3", "=1,2"):
         with pytest.raises(BadInput, match=r"--vary .* names no number with its values: write"):
             values_of(text)

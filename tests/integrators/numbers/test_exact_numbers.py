@@ -103,3 +103,26 @@ def test_what_is_no_finite_number_is_refused(said, values):
     for value in values:
         with pytest.raises(BadInput, match="the length is " + said):
             exact(value, "the length")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("sqrt(3)/6", sympy.sqrt(3) / 6),
+        ("-(1 + sqrt(5))/2", -(1 + sympy.sqrt(5)) / 2),
+        ("0.1*sqrt(2) - 1/3", sympy.sqrt(2) / 10 - sympy.Rational(1, 3)),
+        ("sqrt(4)", Fraction(2)),
+    ],
+)
+def test_a_text_with_roots_is_exact(text, value):
+    assert exact(text, "w") == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["sqrt(-1)", "sqrt(x)", "sqrt(2)**9**9**9", "sqrt(2, 3)", "__import__('os').sqrt(2)", "sqrt",
+     "sqrt(2)+" * 100 + "1", "sqrt(1/0)"],
+)  # fmt: skip
+def test_a_text_that_is_no_number_with_roots_is_refused(text):
+    with pytest.raises(BadInput, match="w is"):
+        exact(text, "w")
