@@ -51,6 +51,7 @@ quaternion = program("quaternion p", turn_quaternion, "quaternion")
 fast = program("quaternion p", turn_quaternion, "fast", rate=1 + 1e-6)
 casimir = program("Rp", turn_matrix, "casimir", casimir=1e-6)
 lossy = program("Rp", turn_matrix, "lossy", loss=1e-6)
+little = program("Rp", turn_matrix, "little", loss=1e-14)
 
 
 @black_box(order=2, reversible=True, keeps=("energy", "momentum"), state="Rv")

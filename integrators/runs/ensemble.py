@@ -43,10 +43,12 @@ def ensemble(
     mu0s: Rows | None,
     numbers: Arithmetic,
     what: str,
+    in_turn: bool = False,
 ) -> Ensemble:
     """Run from all starts.
 
-    run: (number of the member, x0, μ0) ↦ trajectory; what: the name in messages.
+    run: (number of the member, x0, μ0) ↦ trajectory; what: the name in messages. in_turn: True for
+    runs that cannot be made in threads.
     """
     starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
     failures: dict[int, StepFailure] = {}
@@ -60,7 +62,8 @@ def ensemble(
             failures[index] = failure
             return failure.trajectory
 
-    runs = side_by_side(member, range(len(starts)), numbers)
+    all_ = range(len(starts))
+    runs = [member(k) for k in all_] if in_turn else side_by_side(member, all_, numbers)
     t = max(runs, key=lambda r: len(r.x)).t
     x, u, mu = (
         np.array([_padded(getattr(r, name), len(t), numbers) for r in runs])

@@ -18,6 +18,8 @@ class FlowRuns:
 
     numbers: Arithmetic
     scheme: Any
+    #: True if members of an ensemble are run one after another
+    in_turn = False
 
     @property
     def name(self) -> str:
@@ -56,7 +58,7 @@ class FlowRuns:
         **given: Any,
     ) -> Ensemble:
         """Run from many starts at once, on all cores; rows as in `trajectory`, members along axis
-        0.
+        0. Programs run one after another.
 
         x0s (k, n) and mu0s (k, m), of a lattice (k, N, n) and (k, N, m); None takes the system's
         own for all. steps must be given. given: arguments of `trajectory`, for all members; each
@@ -70,7 +72,7 @@ class FlowRuns:
                 own["checkpoint"] = f"{own['checkpoint']}.{index}"
             return self.trajectory(steps, every, x0=x0, mu0=mu0, **own)
 
-        return ensemble(member, x0s, mu0s, self.numbers, self.name)
+        return ensemble(member, x0s, mu0s, self.numbers, self.name, self.in_turn)
 
 
 #: what a flow has whose step is one map of arrows (x, u), or of (x, μ)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Lattice, Scheme, StepFailure, rules
+from discmech.integrators import BadInput, Lattice, Scheme, StepFailure, rules
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure
 
@@ -85,13 +85,12 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
     if of_bonds:
         _, bonds = np.unique(np.hstack(of_bonds), axis=0, return_index=True)
         of_each = np.concatenate([of_each, pairs[bonds, 0]])
-    others = drawn.permutation(lattice.sites)
+    others = drawn.permutation(lattice.sites)[:most]
     chosen: set[int] = set()
-    for i in [0, lattice.sites - 1, *drawn.permutation(of_each), *others]:
+    for i in [0, lattice.sites - 1, *drawn.permutation(of_each)[:most], *others]:
         near = pairs[(pairs == i).any(axis=1)].ravel().tolist()
-        if len(chosen | {i, *near}) > most:
-            break
-        chosen |= {int(i), *near}
+        if len(more := chosen | {int(i), *near}) <= most:  # one with many neighbours stays out
+            chosen = more
     return part_of(lattice, sorted(chosen)), tuple(sorted(chosen))
 
 
@@ -118,10 +117,13 @@ def order_of_sites(scheme: Any, seed: int) -> LocalOrder:
     """Return the lowest order that a small step of a lattice shows, with its component and site.
 
     scheme: that of the lattice. It is `order.local_order`, with the extrapolated step as the exact
-    one. Raises `ReferenceFailure` where none is known.
+    one. Raises `ReferenceFailure` where none is known, or a part is no lattice of its own.
     """
-    lattice, sites = sample_of(scheme.lattice, seed)
-    judged = scheme if lattice is scheme.lattice else Scheme(lattice, scheme.rule)
+    try:
+        lattice, sites = sample_of(scheme.lattice, seed)
+        judged = scheme if lattice is scheme.lattice else Scheme(lattice, scheme.rule)
+    except BadInput as error:  # such as rods that are straight between sites that stay
+        raise ReferenceFailure(str(error)) from None
     steps = _Steps(judged, scheme.order or 2, sites, random.Random(seed))
     missed: StepFailure | None = None
     found: list[ComponentOrder] = []

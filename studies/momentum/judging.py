@@ -63,7 +63,14 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, limit)
     lost = {k: (found.lost or 0.0) * max(1.0, found.units.get(k, (1.0,))[0]) for k in drifting}
-    if all(drift[k] <= lost[k] for k in drifting):
+    if not case.rule.is_formula:
+        alike = {k: LIMITS["alike"] * _epsilon(case) * over[k] for k in drifting}
+        lost = {k: min(2 * (found.lost or 0.0), most) for k, most in alike.items()}
+        if all(drift[k] <= limits.get(k, limit) + lost[k] for k in drifting):
+            expected["limits"] = {k: v + lost.get(k, 0.0) for k, v in limits.items()}
+            expected["limit"] = max(expected["limits"].values())
+            return _judge_faults(found, judged, limits, expected)  # faults are of their size
+    elif all(drift[k] <= lost[k] for k in drifting):
         return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
     rate = (found.measured.rate or {}).get(name, 0.0)

@@ -9,6 +9,12 @@ LIMITS = {
         "that are added to them; κ is what both do to the quantity; 5 are passed once in a "
         "million walks (Feller, XIV); e is the round-off of the quantity itself",
     ),
+    "alike": Limit(
+        4, "roundings of a program's step that may all go one way, in each of N steps",
+        "set: its operations, such as the sines and cosines of a turn, round alike where angles "
+        "hardly change; they are excused only as far as steps of a sixteenth and a 256th show "
+        "them too, where a method that loses something loses less",
+    ),
     "blind": Limit(
         1e-3, "share of a quantity's terms that such a limit may be",
         "set: where round-off alone may change so much nothing is told; it errs towards "

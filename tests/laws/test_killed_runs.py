@@ -258,8 +258,16 @@ def test_a_program_that_is_more_than_its_text_and_the_state_has_no_checkpoint(tm
         flow_of("pendulum", counting).trajectory(3, checkpoint=tmp_path / "run")
 
 
+def test_starts_that_differ_in_the_last_digits_are_two_runs_of_a_program(tmp_path):
+    flow = flow_of("pendulum", euler, digits=50)
+    flow.trajectory(3, x0=[1], mu0=[0], checkpoint=tmp_path / "run")
+    with pytest.raises(BadInput, match="checkpoint of another run"):
+        flow.trajectory(3, x0=[1 + sympy.Rational(1, 10**30)], mu0=[0], checkpoint=tmp_path / "run")
+
+
 @pytest.mark.parametrize(
-    "kind", ["Newton", "varied", "located", "sites", "sites with contact", "program"]
+    "kind",
+    ["Newton", "varied", "located", "sites", "sites with contact", "program", "program in time"],
 )
 def test_members_of_an_ensemble_are_runs_with_files_of_their_own(tmp_path, kind):
     flow = FLOWS[kind][0]()

@@ -97,6 +97,32 @@ def test_arrays_of_sites_and_bonds_at_once_leave_two_neighbours():
         assert check("lattices", [ring], [rule], steps=10)["verdict"] == verdict
 
 
+def test_a_hub_is_no_part_of_a_sample_and_stays():
+    hub = replace(
+        CHAIN, sites=200, bonds=[(0, i) for i in range(1, 200)], parameters={"mass": 1},
+        x0=np.zeros((200, 1)), v0=np.ones((200, 1)),
+    )  # fmt: skip
+    sample, sites = sample_of(hub, 1)
+    assert 0 in sites and not sample.free[sites.index(0)] and len(sites) > 50
+    assert order_of_sites(Scheme(hub, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+
+
+def test_rods_that_are_straight_between_sites_that_stay_are_no_part():
+    rods = Lattice(
+        "rods-in-a-row", pair(2), 60, on_site=lambda x, v, p: v.dot(v) / 2 - x[1],
+        constraint=lambda x, y, p: [((y - x).dot(y - x) - 1) / 2], fixed=[0],
+        x0=np.c_[np.arange(60.0), np.zeros(60)], v0=np.zeros((60, 2)),
+    )  # fmt: skip
+    with pytest.raises(ReferenceFailure, match="redundant"):
+        order_of_sites(Scheme(rods, rules.midpoint), 1)
+
+
+def test_a_site_between_sites_that_stay_is_judged():
+    alone = replace(CHAIN, fixed=[k for k in range(N) if k != 5], parameters={"mass": 1})
+    assert check("order", [alone], [rules.midpoint])["verdict"] == "pass"
+    assert check("order", [alone], [beside(lambda L, x: 1)])["verdict"] == "fail"
+
+
 def test_a_contact_is_left_out_and_the_rest_is_judged():
     table = replace(CHAIN, contact=lambda x, p: [x[0] + 2], restitution="1/2")
     assert order_of_sites(Scheme(table, beside(WRONG["sites"])), 3).order == pytest.approx(1)

@@ -54,6 +54,7 @@ class BoxFlow(FlowRuns):
     #: the last answer, in the box's own coordinates, the number of its step, and the first time
     _last: tuple[Vector, Vector, int, Exact]
 
+    in_turn = True  # a program, and its system's time, are one for all runs
     #: no fixed point of stages: a program solves its own equations
     stages = None
 

@@ -72,7 +72,7 @@ class BoxMotion:
     @property
     def key(self) -> str:
         """What the box and the scene read, and the start; raises as `_seen`."""
-        flow, start = self.flow, np.concatenate(self.start)
+        flow, start = self.flow, self.numbers.own(np.concatenate(self.start))
         words = self._seen(), flow.step, flow.digits, self.t0, *start
         return " ".join(map(str, words))
 

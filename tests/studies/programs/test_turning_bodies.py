@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from discmech import Scene, black_box, pair, scenes
+from discmech.studies import check
 from discmech.studies.causes.one_step import of_step
 from discmech.studies.core.case import Case, scheme_of
 from discmech.studies.evidence import evidence_of
@@ -30,6 +31,16 @@ PROGRAMS = runpy.run_path(str(ROOT / "docs/attacks/attitudes.py"))
 def test_sound_programs_are_of_order_two(name):
     found = evidence_of(scheme_of(BODY, PROGRAMS[name])).order
     assert not found.unknown and found.order > 2 - NEAR
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict"),
+    [("matrix", "pass"), pytest.param("little", "fail", marks=pytest.mark.slow)],
+)
+def test_round_off_that_goes_one_way_is_no_loss_of_a_momentum(name, verdict):
+    """Sines and cosines round alike; what the method loses in a step sinks with it."""
+    found = check("momentum", [BODY], [PROGRAMS[name]], digits=[16], steps=300)
+    assert found["verdict"] == verdict
 
 
 @pytest.mark.dear("quaternion")
