@@ -131,8 +131,9 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
         try:
             given = scheme.modified_equation(order).formulas
         except TooLong:
-            missing = f"The terms behind h^{found.first} are too long to be written; numbers of "
-            missing += "all of them: scheme.modified_equation(order).hamiltonian(z)."
+            after = f" after h^{found.first}" if terms else ""
+            missing = f"The terms{after} are too long to be written; numbers of all of them: "
+            missing += "scheme.modified_equation(order).hamiltonian(z)."
             break
         except CannotMeasure as error:
             missing = f"Formulas are not written: {error} Numbers of all terms: "
