@@ -52,6 +52,13 @@ def first_bead(L, G, x, u, h):
     return h * L(G.target(x, u, (Rational(1, 2) + off) * h), u)
 
 
+@discretisation(order=2)
+def late(L, G, x, u, h):
+    """Of order 1 about t = 5.3, in a five hundredth of the motion."""
+    off = sympy.exp(-((100 * x[-1] - 530) ** 2)) / 100
+    return h * L(G.target(x, u, (Rational(1, 2) + off) * h), u)
+
+
 #: beads at rest at 0, 1, 2, …
 row = Lattice(
     name="row", site=pair(1), sites=12,
@@ -60,6 +67,11 @@ row = Lattice(
     x0=(np.arange(12) + 0.2 * np.sin(1.3 * np.arange(12)))[:, None],
     v0=0.3 * np.cos(2.1 * np.arange(12))[:, None],
     symmetries={"nothing": lambda x, p: [0]},
+)  # fmt: skip
+
+shaken = replace(
+    row, name="shaken", duration=8, symmetries={},
+    on_site=lambda x, v, p, t: v[0] ** 2 / 2 - (1 + sympy.sin(3 * t) / 3) * x[0] ** 2 / 2,
 )  # fmt: skip
 
 

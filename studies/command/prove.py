@@ -15,7 +15,7 @@ from .output import EXIT, progress_shown, write_json
 
 #: what a study would say of each answer
 VERDICTS = {"proven": "pass", "disproven": "fail", "not decided": "inconclusive"}
-KINDS = "pair, separable, magnetic, symmetric, cubic, time, force, lie_group, action, product"
+KINDS = "pair, separable, magnetic, symmetric, cubic, time, force, lie_group, action, product, fast"
 
 
 def add_to(commands: Any) -> None:

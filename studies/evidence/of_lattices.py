@@ -38,11 +38,14 @@ from .order import (
     unknown,
 )
 from .places import SHARES, random_fraction
+from .scan import highest, peaks_of
 
 #: numbers of the state, up to which all sites are taken; of more some, with their neighbours
 MOST = 96
 #: states from which orders are told, and those along the motion from which one step is made
 PLACES, ALONG = 2, 6
+#: states where the run is least smooth, at most
+ROUGH = 6
 #: steps of the run to them, at most; with constraints, where they need all digits
 MANY, FEW = 4096, 12
 #: powers of the step that are known exactly beyond that of the error
@@ -193,29 +196,46 @@ class _Steps:
         return first, first * ratio * random_fraction(self.drawn, *RATIO)
 
     def places(self) -> Iterator[SitesPlace]:
-        """Yield states all along the motion, the first PLACES of them beside it but one.
+        """Yield states of a run through the motion.
 
+        First are PLACES, all but one of them beside it, then those where the run is least smooth
+        (`scan`), then others.
         With constraints they are the first of the run, to all digits: others leave them by theirs.
         """
-        lattice, tied = self.lattice, self.lattice.constraint is not None
-        flow = self.exact.flow(lattice.step, self.digits + GUARD if tied else 16)
-        count = min(FEW if tied else MANY, max(1, int(lattice.duration / lattice.step)))
-        every = max(1, count // (PLACES + ALONG))
-        run = flow.trajectory(count, every)
+        tied = self.lattice.constraint is not None
+        run = self._run(self.exact, FEW, self.digits + GUARD) if tied else self._smooth()
+        count = len(run.t)
         of_x = np.ptp(run.x, axis=0).max() or abs(run.x).max() or 1.0
         # at rest that of a motion through a tenth of the largest x in a step
-        slow = np.full(run.mu[0].shape, float(of_x) / (10 * float(lattice.step)))
-        of_mu = abs(run.mu).max() or abs(flow.momenta(run.x[0], slow)).max()
-        for place, k in enumerate(
-            self.drawn.sample(range(len(run.t)), min(len(run.t), PLACES + ALONG))
-        ):
+        slow = np.full(run.mu[0].shape, float(of_x) / (10 * float(self.lattice.step)))
+        momenta = self.exact.flow(self.lattice.step).momenta
+        of_mu = abs(run.mu).max() or abs(momenta(run.x[0], slow)).max()
+        drawn = self.drawn.sample(range(count), min(count, PLACES + ALONG))
+        rows = np.hstack([np.array(e, dtype=float).reshape(count, -1) for e in (run.x, run.mu)])
+        rough = highest([] if tied else peaks_of(rows, Fraction(run.step), 2.0**-53), ROUGH)
+        drawn[PLACES:PLACES] = [int(peak.time / run.step) for peak in rough]
+        for place, k in enumerate(drawn):
             x, mu = run.x[k], run.mu[k]
             if place < PLACES - 1 and not tied:
                 share = self.drawn.uniform(*SHARES)
-                if lattice.groupoid.canonical:
+                if self.lattice.groupoid.canonical:
                     x = self._beside(x, of_x, share)
                 mu = self._beside(mu, of_mu, share)
-            yield SitesPlace(x, mu, Fraction(lattice.step) * every * k)
+            yield SitesPlace(x, mu, Fraction(run.step) * k)
+
+    def _smooth(self) -> Any:
+        """Return a run of many short steps, of the rule that is judged where it makes them."""
+        for scheme in (self.judged, self.exact):
+            with suppress(StepFailure):
+                return self._run(scheme, MANY, 16)
+        return self._run(self.exact, 1, 16)
+
+    def _run(self, scheme: Any, most: int, digits: int) -> Any:
+        """Return a run through the duration, or of so many steps of the lattice's own size."""
+        duration, step = Fraction(self.lattice.duration), Fraction(self.lattice.step)
+        whole = duration / step <= most
+        size = duration / most if whole and digits == 16 else step
+        return scheme.flow(size, digits).trajectory(min(most, max(1, int(duration / size))))
 
     def _beside(self, values: np.ndarray, size: float, share: float) -> np.ndarray:
         """Return values of the sites that move, changed by a share of that size."""

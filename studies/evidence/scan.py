@@ -10,7 +10,7 @@ the step.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -72,13 +72,16 @@ def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
             found += _of_run(scheme, count)
         except DiscmechError as failure:
             why = why or f"of {count} steps: {' '.join(str(failure).split())}"
+    return [peak.time for peak in highest(found, most)], why
+
+
+def highest(peaks: Iterable[Peak], most: int) -> list[Peak]:
+    """Return so many peaks that stand out most, no two of the same part of the motion."""
     chosen: list[Peak] = []
-    for peak in sorted(found, key=lambda peak: -peak.times):
-        if all(peak.is_beside(other) for other in chosen):
+    for peak in sorted(peaks, key=lambda peak: -peak.times):
+        if len(chosen) < most and all(peak.is_beside(other) for other in chosen):
             chosen.append(peak)
-        if len(chosen) == most:
-            break
-    return [peak.time for peak in chosen], why
+    return chosen
 
 
 def costs_of(scheme: Scheme) -> int:
@@ -105,12 +108,16 @@ def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
     if steps < (ORDER + 2 * NEARBY):
         return
     run = run_of(scheme, steps)
-    step = run.step
     rows = np.hstack([np.asarray(part, dtype=float) for part in (run.base, run.mu)])
+    yield from peaks_of(rows, run.step, scheme.rule.unit(16))
+
+
+def peaks_of(rows: Matrix, step: Fraction, unit: float) -> Iterator[Peak]:
+    """Yield the differences that stand out in rows of a run, (r, k), over ever more of them."""
     sizes = np.abs(rows).max(axis=0)
     if not np.isfinite(rows).all() or not sizes.any():
         return
-    rows, unit = rows / np.where(sizes > 0, sizes, 1), scheme.rule.unit(16)
+    rows = rows / np.where(sizes > 0, sizes, 1)
     apart = 1
     while apart <= WIDEST and (ORDER + 2 * NEARBY) * apart < len(rows):
         for times, row in peaks(rows, apart, unit):

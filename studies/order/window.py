@@ -28,6 +28,7 @@ STRAIGHT = {True: 0.012, False: 0.005}  # largest distance of logarithms of erro
 NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
 AWAY = 0.1  # distance of a local order that is not the expected one
 TINY = 1e-9  # relative error that no method has with steps that are too long for the motion
+TOO_LONG = 0.1  # relative error that any method may have with steps that are too long
 LEAST_POINTS = 4  # fewest points of a line
 NEAR = 0.05  # distance of an order that may still reach the expected one at smaller steps
 
@@ -154,7 +155,8 @@ def off_the_line(rows: Sequence[Row], order: float) -> Row | None:
     Errors on the line are within `STRAIGHT` of it. What is left of them grows, relative to the
     line, as another power of the step towards longer steps, and as round-off towards shorter ones:
     by h⁴, and by N² h^-order, N the number of steps. So a run that is farther off, though its step
-    is only a little longer or shorter, is another method's.
+    is only a little longer or shorter, is another method's; errors of a tenth of the motion and
+    more tell nothing.
     """
     used = [row for row in rows if row.used]
     if len(used) < LEAST_POINTS:
@@ -165,6 +167,8 @@ def off_the_line(rows: Sequence[Row], order: float) -> Row | None:
         if row.used or row.error is None:
             continue
         wanted = 2 ** np.polyval(line, math.log2(row.step))
+        if row.step > used[0].step and row.error >= TOO_LONG:
+            continue
         longer, shorter = row.step / used[0].step, used[-1].step / row.step
         grown = longer**4 if longer > 1 else shorter ** (2 + order)
         if abs(row.error / wanted - 1) > 2 * (2 ** STRAIGHT[True] - 1) * grown:

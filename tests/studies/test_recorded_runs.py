@@ -69,6 +69,7 @@ def test_a_run_of_another_method_is_named(tmp_path, k):
         ([6e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 0),  # a longer step by another method
         ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1e-11], 4),  # a shorter one
         ([0.06, 4.4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # h⁴ of other powers
+        ([1.2, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # a step that is too long
         ([4e-8, 1e-8, 2.5e-9, 6.25e-10, 1.8e-10, 2e-10], None),  # round-off
     ],
 )

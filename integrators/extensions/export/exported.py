@@ -396,6 +396,12 @@ def used_fields(given: Any) -> dict[str, tuple[str, int | None]]:
             for name, (kind, lengths) in given.fields.items() if name in used}  # fmt: skip
 
 
+#: how parameters are set in a language, and what a compiler has to be told
+SET = {"C": ": set them, then start", "Python with numpy": ": begin(x, mu, name=value)",
+       "Python with JAX": ": begin(x, mu, name=value)"}  # fmt: skip
+NO_FAST = ", so do not let a compiler reorder additions (no -ffast-math)"
+
+
 def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
     """Return the lines of the page of comments: what the file is, and what was verified.
 
@@ -414,8 +420,8 @@ def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
         f"Order in (x, mu): {'not stated, measure it' if order is None else order}. " + of_adjoint,
         f"x has {given.constants['N']} entries{', the last of which is the time' * given.timed}; "
         f"mu has {given.constants['M']}: momenta in the natural basis, dL/dv on a vector space.",
-        "Parameters stay parameters: set them, then start. Sums of x and mu are compensated, so do "
-        "not let a compiler reorder additions (no -ffast-math).",
+        f"Parameters stay parameters{SET.get(language, '')}. Sums of x and mu are compensated"
+        f"{NO_FAST * (language == 'C')}.",
         *said,
     ]
     for text in paragraphs:
