@@ -82,6 +82,10 @@ OF_ONE_MAP = frozenset((
 ))  # fmt: skip
 
 
+class NoMap(CannotMeasure, AttributeError):
+    """What is measured on a map is asked of a flow whose step is not one."""
+
+
 class NotOneMap:
     """A flow whose step is not one map, so that it has no form, inverse or Legendre map."""
 
@@ -92,5 +96,5 @@ class NotOneMap:
 
     def __getattr__(self, name: str) -> Any:
         if name in OF_ONE_MAP:
-            raise CannotMeasure(self.why_not_one_map)
+            raise NoMap(f"there is no {name}: {self.why_not_one_map}")
         raise AttributeError(f"{type(self).__name__} has no {name}", name=name, obj=self)

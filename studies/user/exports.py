@@ -206,13 +206,23 @@ def _restarted(
     return np.array(rows)
 
 
+def _beside(values: np.ndarray, drawn: np.random.Generator) -> np.ndarray:
+    """Return values moved by a unit in the last place, as a program of other roundings would.
+
+    Steps of the original round as its run does; stiff bonds, and quotients of small differences,
+    make much of a unit.
+    """
+    return np.nextafter(values, drawn.choice((-np.inf, np.inf), values.shape))
+
+
 def _scene_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
     """Return `again` (`_restarted`) of a scene; us: where Newton's method begins."""
-    flow = _flow(scheme)
+    flow, drawn = _flow(scheme), np.random.default_rng(0)
     at = flow.starting.own
 
     def again(k: int) -> np.ndarray:
         nonlocal at
+        at = at._replace(mu=_beside(at.mu, drawn))
         near = us[k] if flow.context.equations.arrows is not None else at.guess
         done = run(flow.stepper(Start(at.x, at.mu, near, t0=at.t0)), 1)
         at = at._replace(x=done.base[-1], mu=done.mu[-1])
@@ -222,18 +232,13 @@ def _scene_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
 
 
 def _lattice_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
-    """Return `again` (`_restarted`) of a lattice; us: where Newton's method begins.
-
-    Its steps round as the run's do, so each begins beside the state by a unit in the last place, as
-    a program of other roundings would: stiff bonds make much of that.
-    """
+    """Return `again` (`_restarted`) of a lattice; us: where Newton's method begins."""
     flow, drawn = _flow(scheme), np.random.default_rng(0)
     made = LatticeRun(flow, *flow.own_start)
 
     def again(k: int) -> np.ndarray:
         for part in made.x, made.mu:
-            free = part[made.free]
-            part[made.free] = np.nextafter(free, drawn.choice((-np.inf, np.inf), free.shape))
+            part[made.free] = _beside(part[made.free], drawn)
         for w in () if made.by_stages else made.past:
             w[:, : us.shape[2]] = us[k]
         made.mu[~made.free] = 0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+
 import pytest
 import sympy
 
@@ -129,6 +132,25 @@ def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
         assert ("int main" in text) == harness
         if harness:
             made(text, "c", tmp_path, scheme)
+
+
+@pytest.mark.parametrize("line", [
+    "garbage", '{"x": [2.0], "mu": [0, 0], "h": 0.1, "steps": 2}',
+    '{"h": 0.1, "steps": 2, "every": 0}',
+    '{"mu": [0, 0, 0, 0], "h": 0.1, "steps": 2}', '{"h": "a", "steps": 2}', '{"h": 0.1}',
+    '{"h": 0.1, "steps": 2, "parameters": {"inertia": [1, 2]}}',
+])  # fmt: skip
+def test_the_harness_in_c_answers_only_what_it_was_asked(tmp_path, line):
+    if why := exports.missing("c"):
+        pytest.skip(why)
+    scheme = Scheme(scenes.get("heavy-top"), lookup.rule("midpoint"))
+    command = exports.built(scheme.export("c", True), "c", tmp_path)
+    answers = subprocess.run(
+        command, input=f'{line}\n{{"h": 0.1, "steps": 1}}\n', capture_output=True, text=True,
+        check=True,
+    ).stdout.splitlines()  # fmt: skip
+    assert "is missing, or has other numbers" in json.loads(answers[0])["error"]
+    assert len(json.loads(answers[1])["x"]) == 2
 
 
 def test_the_command_writes_a_file_that_says_what_was_verified(tmp_path, capsys):

@@ -61,17 +61,27 @@ HARNESS = r"""
 #include <stdlib.h>
 #include <string.h>
 
-static const char *numbers(const char *line, const char *key, double *out, int count)
+static const char *wrong; /* the key that has not as many numbers as it has to */
+
+/* Read the numbers of a key, if it is there: return 1, or 0 if it is not. */
+static int numbers(const char *line, const char *key, double *out, int count)
 {
     const char *at = line ? strstr(line, key) : NULL;
-    at = at ? at + strlen(key) : NULL;
-    for (int i = 0; at && i < count; i++) {
+    if (!at)
+        return 0;
+    at += strlen(key);
+    for (int i = 0; i < count; i++) {
         char *end;
         at += strspn(at, " [],:");
         out[i] = strtod(at, &end);
+        if (end == at)
+            wrong = key;
         at = end;
     }
-    return at;
+    at += strspn(at, " ],[");
+    if (*at && strchr("+-.0123456789", *at))
+        wrong = key;
+    return 1;
 }
 
 static void print_rows(const char *key, const double *rows, long count, int stride, int width)
@@ -101,7 +111,8 @@ int main(void)
         }
         line[length] = 0;
         length = 0;
-        double h = 0, steps = 0, every = 1;
+        double h = 0, steps = -1, every = 1;
+        wrong = NULL;
         begin(&s);
         const char *given = strstr(line, "\"parameters\":");
         numbers(line, "\"x\":", s.x, POSITIONS);
@@ -110,6 +121,14 @@ int main(void)
         numbers(line, "\"steps\":", &steps, 1);
         numbers(line, "\"every\":", &every, 1);
 READ
+        if (!wrong && !(steps >= 0 && every >= 1 && h == h))
+            wrong = steps >= 0 ? "\"every\":" : "\"steps\":";
+        if (wrong) {
+            printf("{\"error\": \"%.*s is missing, or has other numbers than it has to\"}\n",
+                   (int)strlen(wrong) - 3, wrong + 1);
+            fflush(stdout);
+            continue;
+        }
         start(&s);
         long count = (long)steps / (long)every + 1;
         double *xs = malloc(sizeof(double) * (N + M) * (size_t)count);

@@ -71,42 +71,42 @@ class BoxMotion:
 
     @property
     def key(self) -> str:
-        """What the box and the scene read, and the start; raises as `_seen`."""
+        """What the box and the scene read, and the start; raises as `_read_text`."""
+        self.text = self._read_text()
         flow, start = self.flow, self.numbers.own(np.concatenate(self.start))
-        words = self._seen(), flow.step, flow.digits, self.t0, *start
-        return " ".join(map(str, words))
+        return " ".join(map(str, (self.text, flow.step, flow.digits, self.t0, *start)))
 
-    def _seen(self) -> str:
+    def _read_text(self) -> str:
         """Return the digest of all that the box reads.
 
         Raises `BadInput` for a box with a memory, and for one of which a change cannot be detected.
         """
-        rule = self.flow.scheme.rule
         why = "a step needs more than the state"
         if self.flow._calls.by_steps:
             try:
-                return reads(rule, self.flow.scheme.scene, pure=True)
+                return reads(self.flow.scheme.rule, self.flow.scheme.scene, pure=True)
             except Opaque as error:
                 why = f"it depends on {error}"
-        raise BadInput(
-            f"{self.name}: a run of the black box {rule.name} cannot go on from a file, since "
-            f"{why}: leave checkpoint= out."
+        raise self._no_file(why)
+
+    def _no_file(self, why: str) -> BadInput:
+        return BadInput(
+            f"{self.name}: a run of the black box {self.flow.scheme.rule.name} cannot go on from a "
+            f"file, since {why}: leave checkpoint= out."
         )
 
     @property
     def state(self) -> Mapping[str, np.ndarray]:
-        """q and p in the box's own coordinates, and the digest of what it has read."""
+        """q and p in the box's own coordinates; raises `BadInput` for a box that changes as it
+        runs.
+        """
+        if self._read_text() != self.text:
+            raise self._no_file("its steps change what it reads")
         q, p = map(self.numbers.own, self.at)
-        seen = np.frombuffer(self._seen().encode(), np.uint8)
-        return {"q": q, "p": p, "seen": seen, "at": np.array([self.index, self.whole], np.int64)}
+        return {"q": q, "p": p, "at": np.array([self.index, self.whole], np.int64)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Continue from a saved state; raises `BadInput` for a box that changes as it runs."""
-        if state["seen"].tobytes().decode() != self._seen():
-            raise BadInput(
-                f"{self.name}: a run of the black box {self.flow.scheme.rule.name} cannot go on "
-                "from a file, since its steps change what it reads: leave checkpoint= out."
-            )
+        """Continue from a saved state."""
         with self.numbers.user_working():
             q, p = (self.numbers.public(state[word]) for word in ("q", "p"))
             self.at = q.astype(self.flow.kind), p.astype(self.flow.kind)
