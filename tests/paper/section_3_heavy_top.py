@@ -116,7 +116,7 @@ def component(index: int, power: int, torque_sign: int) -> Any:
 
 
 def check_component(index: int) -> Iterator[Claim]:
-    """The bench's equation, its mended form and its printed one."""
+    """The bench's equation, its mended form and its printed one [misprint: heavy-top-torque]."""
     found = bench_equations()[index]
     yield same("mended", found, component(index, 2, -1))
     yield printed("heavy-top-torque", found, component(index, 2, 1))

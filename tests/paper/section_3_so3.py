@@ -41,6 +41,7 @@ def basis() -> Iterator[Claim]:
     "dangling-plus",
 )
 def components() -> Iterator[Claim]:
+    """The third equation has h²z² for the printed h²z [misprint: so3-square]."""
     found = by_matrices(slopes)
     mended = as_printed(now, slopes(now), then, slopes(then), power=2)
     yield same("the bench's", by_bench(slopes), found)
