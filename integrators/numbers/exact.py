@@ -154,7 +154,7 @@ def _with_roots(text: str) -> Expression | None:
     def value(node: ast.AST) -> Expression:
         match node:
             case ast.Constant(value=int() | float()):
-                return sympy.Rational(ast.get_source_segment(text, node))
+                return to_sympy(_read(ast.get_source_segment(text, node) or "", text))
             case ast.UnaryOp(op=ast.USub()):
                 return -value(node.operand)
             case ast.BinOp(op=op) if type(op) in _SUMS:

@@ -138,6 +138,7 @@ def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
     "garbage", '{"x": [2.0], "mu": [0, 0], "h": 0.1, "steps": 2}',
     '{"h": 0.1, "steps": 2, "every": 0}',
     '{"mu": [0, 0, 0, 0], "h": 0.1, "steps": 2}', '{"h": "a", "steps": 2}', '{"h": 0.1}',
+    '{"steps": 2}',
     '{"h": 0.1, "steps": 2, "parameters": {"inertia": [1, 2]}}',
 ])  # fmt: skip
 def test_the_harness_in_c_answers_only_what_it_was_asked(tmp_path, line):

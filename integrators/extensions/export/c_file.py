@@ -117,11 +117,12 @@ int main(void)
         const char *given = strstr(line, "\"parameters\":");
         numbers(line, "\"x\":", s.x, POSITIONS);
         numbers(line, "\"mu\":", s.mu, M);
-        numbers(line, "\"h\":", &h, 1);
+        if (!numbers(line, "\"h\":", &h, 1))
+            wrong = "\"h\":";
         numbers(line, "\"steps\":", &steps, 1);
         numbers(line, "\"every\":", &every, 1);
 READ
-        if (!wrong && !(steps >= 0 && every >= 1 && h == h))
+        if (!wrong && !(steps >= 0 && every >= 1))
             wrong = steps >= 0 ? "\"every\":" : "\"steps\":";
         if (wrong) {
             printf("{\"error\": \"%.*s is missing, or has other numbers than it has to\"}\n",

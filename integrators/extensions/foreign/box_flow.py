@@ -95,7 +95,7 @@ class BoxFlow(FlowRuns):
         def stepper() -> BoxMotion:
             return BoxMotion(self, *self._start(x0, mu0, t0))
 
-        with self.numbers.user_working():  # of `progress`, too
+        with self.numbers.user_working():
             return self._run(stepper, steps, every, progress, checkpoint)
 
     def dual_step(self, x: Numbers, mu: Numbers, t0: Given = 0) -> tuple[Vector, Vector]:

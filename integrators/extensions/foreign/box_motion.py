@@ -23,7 +23,7 @@ FAILED = 1
 
 
 class BoxMotion:
-    """A run from (x, μ) at the time t0 (`runs.Stepper`).
+    """A run from (x, μ) at the time t0 (`runs.Stepper`), within `numbers.user_working()`.
 
     Only a box whose steps are calls of their own has a state that can be saved; any other makes its
     run at once.
@@ -42,8 +42,7 @@ class BoxMotion:
         x, mu = (((len(part),), self.numbers.dtype) for part in self.start)
         make = allocate or partial(allocated, numbers=self.numbers)
         self.rows = make({"x": x, "mu": mu}, steps // every + 1)
-        with self.numbers.user_working():
-            self.at = flow._written(*self.start, self.t0)
+        self.at = flow._written(*self.start, self.t0)
 
     def _row(self, k: int, q: Vector, p: Vector) -> None:
         x, mu = self.flow._read(q, p, k, self.t0)
@@ -55,8 +54,7 @@ class BoxMotion:
         calls, left = self.flow._calls, self.steps - self.index
         count = min(left, CHUNK) if calls.by_steps else left
         try:
-            with self.numbers.user_working():
-                self.at = calls.run(*self.at, count, self.every, self._time, self._row, self.index)
+            self.at = calls.run(*self.at, count, self.every, self._time, self._row, self.index)
         except BoxRaised as error:
             self.error = error
             return FAILED
@@ -107,9 +105,8 @@ class BoxMotion:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Continue from a saved state."""
-        with self.numbers.user_working():
-            q, p = (self.numbers.public(state[word]) for word in ("q", "p"))
-            self.at = q.astype(self.flow.kind), p.astype(self.flow.kind)
+        q, p = (self.numbers.public(state[word]) for word in ("q", "p"))
+        self.at = q.astype(self.flow.kind), p.astype(self.flow.kind)
         self.index, self.whole = state["at"].tolist()
         self.ended = self.index == self.steps
 
@@ -127,5 +124,4 @@ class BoxMotion:
 
     def trajectory(self) -> Trajectory:
         """Return the rows."""
-        with self.numbers.user_working():
-            return self.flow._rows(*self._rows(), self.steps, self.every, self.t0)
+        return self.flow._rows(*self._rows(), self.steps, self.every, self.t0)
