@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -115,7 +114,6 @@ def part_of(lattice: Lattice, sites: Sequence[int]) -> Lattice:
     )  # fmt: skip
 
 
-@lru_cache(maxsize=64)
 def order_of_sites(scheme: Any, seed: int) -> LocalOrder:
     """Return the lowest order that a small step of a lattice shows, with its component and site.
 

@@ -62,16 +62,17 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, limit)
-    lost = {k: (found.lost or 0.0) * max(1.0, found.units.get(k, (1.0,))[0]) for k in drifting}
-    if not case.rule.is_formula:
-        alike = {k: LIMITS["alike"] * _epsilon(case) * over[k] for k in drifting}
-        lost = {k: min(2 * (found.lost or 0.0), most) for k, most in alike.items()}
-        if all(drift[k] <= limits.get(k, limit) + lost[k] for k in drifting):
-            expected["limits"] = {k: v + lost.get(k, 0.0) for k, v in limits.items()}
+    lost = found.lost or 0.0
+    if case.rule.is_formula:
+        most = {k: lost * max(1.0, found.units.get(k, (1.0,))[0]) for k in drifting}
+        if all(drift[k] <= most[k] for k in drifting):
+            return Verdict("inconclusive", why_unknown(name, drift[name], most[name]), expected)
+    else:  # twice what shorter steps lose, up to roundings that are alike
+        most = {k: min(2 * lost, LIMITS["alike"] * _epsilon(case) * over[k]) for k in drifting}
+        if all(drift[k] <= limits.get(k, limit) + most[k] for k in drifting):
+            expected["limits"] = {k: v + most.get(k, 0.0) for k, v in limits.items()}
             expected["limit"] = max(expected["limits"].values())
             return _judge_faults(found, judged, limits, expected)  # faults are of their size
-    elif all(drift[k] <= lost[k] for k in drifting):
-        return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
     rate = (found.measured.rate or {}).get(name, 0.0)
     if rate > NO_RATE:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from discmech.studies.core import lookup
 from discmech.studies.core.options import values_of
 from discmech.studies.order.plot_varied import sketches
 from discmech.studies.order.records import constant, curves
+from tests.studies.proof.test_proof import eighths
 
 MINE = """from discmech import Scene, discretisation, pair
 
@@ -171,18 +173,8 @@ def test_a_letter_of_rules_is_no_name_of_an_open_number(name):
 def test_coefficients_with_an_open_number_are_one_fraction_each(tmp_path, capsys):
     """Of 25 terms with (8w + 1)⁻¹ to (8w + 1)⁻⁶ two are left."""
     file = tmp_path / "eighths.py"
-    file.write_text("""from fractions import Fraction
-from discmech import discretisation
-
-@discretisation(order=2, stages=1, parameters=("w",))
-def eighths(L, G, x, u, h, s, w):
-    total = 0
-    for k, b in enumerate((w, 1 - w, 1 - w, w)):
-        c = Fraction(k, 3)
-        at, bend = c * u + c * (c - 1) * s[0], (2 * c - 1) * s[0]
-        total += h * b / 2 * L(G.target(x, at, h), G.velocity(x, at, u + bend, h))
-    return total
-""", "utf-8")  # fmt: skip
+    head = "from fractions import Fraction\nfrom discmech import discretisation\n\n"
+    file.write_text(head + inspect.getsource(eighths.formula), "utf-8")
     assert main(["modified", "pendulum", f"{file}:eighths", "--order", "2"]) == 0
     third = capsys.readouterr().out.partition("H₃ = ")[2].partition("\n\n")[0]
     assert third.count("8·w + 1") == 1 and "(4·w − 1)" in third and len(third) < 120
