@@ -1,7 +1,5 @@
 """Every example runs, and shows what it says."""
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import json

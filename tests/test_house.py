@@ -1,7 +1,5 @@
 """The rules of the house: who may import whom, and the shape of the folders."""
 
-from __future__ import annotations
-
 import graphlib
 
 import pytest

@@ -1,7 +1,5 @@
 """Odd inputs of every kind, at random: the answer is an exception of ours, or it works."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """One import name in checkout, editable install and wheel, next to a user's folders named alike."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Rules, scenes, schemes and flows in other people's programs: pools, threads, copies."""
 
-from __future__ import annotations
-
 import multiprocessing
 import pickle
 from concurrent.futures import ThreadPoolExecutor

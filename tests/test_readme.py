@@ -1,7 +1,5 @@
 """What the README shows runs, and what it names is there."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """What is committed holds no trace of anybody's machine, and nothing that was generated."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 

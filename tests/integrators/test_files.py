@@ -1,7 +1,5 @@
 """A file is written whole, and of drafts only those go that an ended process of ours left."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The folders that are ours, and where they are."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

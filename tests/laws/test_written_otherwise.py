@@ -3,8 +3,6 @@
 Its runs are those of the Lagrangian without it.
 """
 
-from __future__ import annotations
-
 import pytest
 from sympy import cos, cosh, sin, sinh
 

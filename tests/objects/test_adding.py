@@ -1,7 +1,5 @@
 """Adding a groupoid, retraction, rule or scene: one new file, and its line in this folder."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

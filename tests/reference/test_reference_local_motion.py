@@ -1,7 +1,5 @@
 """The exact motion from states of one's own, against references that come from the start."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

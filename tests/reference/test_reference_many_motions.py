@@ -1,7 +1,5 @@
 """Pieces of motion from many states at once, beside the certified references."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

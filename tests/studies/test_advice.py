@@ -1,7 +1,5 @@
 """Which method `compare` says to take: standings made by hand, and one real race."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

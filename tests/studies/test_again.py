@@ -1,7 +1,5 @@
 """A command that is printed gives the same verdict for the same reason, or none is printed."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import sys

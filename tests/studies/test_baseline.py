@@ -1,7 +1,5 @@
 """A baseline says what became worse, better, or cannot be told, and never calls noise a change."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """The study charts: what it shows of moser-veselov, and that it fails what is wrong."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

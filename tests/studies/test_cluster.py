@@ -1,7 +1,5 @@
 """Cases on the workers of a Dask scheduler: the numbers of one machine, whatever a worker does."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

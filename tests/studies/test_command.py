@@ -1,7 +1,5 @@
 """The command as it is installed: what it lists, and what it loads, prints and answers."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tomllib

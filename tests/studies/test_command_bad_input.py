@@ -1,7 +1,5 @@
 """What the command says to bad input: one sentence, exit code 2, and nothing half-written."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

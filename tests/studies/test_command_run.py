@@ -1,7 +1,5 @@
 """discmech run: steps, rows and digits, what it prints and writes, and runs that stop."""
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
 

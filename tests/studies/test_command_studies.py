@@ -1,7 +1,5 @@
 """The command of a study: table, JSON, page, exit code, and the command that its result names."""
 
-from __future__ import annotations
-
 import shlex
 
 import pytest

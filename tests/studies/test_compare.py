@@ -1,7 +1,5 @@
 """discmech compare: methods side by side, with ratios to the best."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import replace

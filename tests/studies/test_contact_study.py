@@ -1,7 +1,5 @@
 """The study of contact: it passes what is right, catches what is wrong, and says what it leaves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """`discmech control`."""
 
-from __future__ import annotations
-
 import json
 
 from discmech.studies.command.entry import main

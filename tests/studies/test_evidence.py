@@ -1,7 +1,5 @@
 """Places, and what single steps from them say."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 

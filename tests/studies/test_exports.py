@@ -1,7 +1,5 @@
 """Exported files beside their originals: they are alike to round-off, and a wrong one is caught."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 

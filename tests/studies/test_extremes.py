@@ -1,7 +1,5 @@
 """Extremes: outcomes as they are defined, every extreme possible, nothing silent."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

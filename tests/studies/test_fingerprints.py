@@ -1,7 +1,5 @@
 """Each thing that a result depends on changes its fingerprint, and nothing else does."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What `discmech new` writes works as it is, and `discmech explain` says what was derived."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Slopes, intervals and asymptotic windows on made-up errors whose truth is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

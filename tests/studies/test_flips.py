@@ -3,8 +3,6 @@
 By hand, 2,000 of each kind: DISCMECH_FLIPS=2000 pytest tests/studies/test_flips.py.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """No command deletes or changes a file that is not ours, whatever its name, age and place."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

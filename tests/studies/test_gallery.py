@@ -1,7 +1,5 @@
 """The gallery: its entries, its adapters, and what it says where a library is not there."""
 
-from __future__ import annotations
-
 import json
 from importlib.util import find_spec
 

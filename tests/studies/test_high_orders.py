@@ -1,7 +1,5 @@
 """Galerkin rules of Gauss and Lobatto and compositions have their orders."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech.integrators import Scheme, rules, scenes

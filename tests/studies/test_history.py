@@ -1,7 +1,5 @@
 """What runs of the report found is kept, within limits, and drawn where it changed."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Ctrl-C in a process of its own: it ends with its workers, and what was finished is kept."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

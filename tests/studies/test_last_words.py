@@ -1,7 +1,5 @@
 """A process that could not run ends with 4 and one sentence; 1 says that a verdict failed."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

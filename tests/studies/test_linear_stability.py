@@ -1,7 +1,5 @@
 """Intervals of stability: where the eigenvalues of a step leave the unit circle."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

@@ -1,7 +1,5 @@
 """What several studies ask for is computed once, and is what each would have computed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from discmech.integrators import Scheme, scenes

@@ -1,7 +1,5 @@
 """One-step maps in studies and commands: they go wherever a rule goes."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

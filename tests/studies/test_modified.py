@@ -1,7 +1,5 @@
 """`discmech modified`: formulas, slopes and verdicts, and controls that it has to catch."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

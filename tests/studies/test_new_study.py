@@ -1,7 +1,5 @@
 """A new study is one new folder: its name, help, JSON, table and section of the report follow."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

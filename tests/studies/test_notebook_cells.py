@@ -1,7 +1,5 @@
 """What a notebook's cells or a script define has a command that works elsewhere."""
 
-from __future__ import annotations
-
 import shlex
 import subprocess
 import sys

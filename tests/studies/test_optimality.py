@@ -1,7 +1,5 @@
 """Optimal control under refinement: sound rules have their order, a wrong one has not."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """A rule whose coefficients come from the scene's start: one order along its motion, one beside."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 

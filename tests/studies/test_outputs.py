@@ -1,7 +1,5 @@
 """What a command writes: where it was typed, and over nothing that is not ours."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

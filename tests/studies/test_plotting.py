@@ -1,7 +1,5 @@
 """`plot`, labels and styles of figures, and what a notebook shows of a result."""
 
-from __future__ import annotations
-
 import importlib
 
 import numpy as np

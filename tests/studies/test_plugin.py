@@ -1,7 +1,5 @@
 """The assertions and the pytest plugin, in a repository that has nothing but discmech."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import tomllib

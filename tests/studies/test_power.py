@@ -1,7 +1,5 @@
 """The power of the bench: faults are caught, equivalents proved, and valid rules let through."""
 
-from __future__ import annotations
-
 import json
 import random
 from dataclasses import replace

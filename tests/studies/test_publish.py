@@ -1,7 +1,5 @@
 """A folder of results is the old one or the new one, whenever a run is killed."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Recorded runs on the bench: what they are judged by, and a sentence for runs that are none."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

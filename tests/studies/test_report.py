@@ -1,7 +1,5 @@
 """The whole report, from real measurements that are as small as they can be."""
 
-from __future__ import annotations
-
 import fcntl
 import html
 import io

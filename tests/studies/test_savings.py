@@ -1,7 +1,5 @@
 """What kernels leave out: the same results without each saving, and work that is really counted."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech.integrators import midpoint, scenes, trapezoidal

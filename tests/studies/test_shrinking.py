@@ -1,7 +1,5 @@
 """A failing case is made small: the smaller one fails too, and not by every method."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What a user meets in passing: where a root stands, what was left out, names of one rule."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Sound methods that a study may stumble over: none of them is failed."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

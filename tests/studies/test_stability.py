@@ -1,7 +1,5 @@
 """Stability: intervals known by hand, classes decided as they say, wrong methods found out."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction

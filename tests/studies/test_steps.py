@@ -1,7 +1,5 @@
 """The study of varying steps: what passes, what is caught, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import math
 

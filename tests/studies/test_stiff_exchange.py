@@ -1,7 +1,5 @@
 """The exchange of energy between stiff springs, and the invariant of their motion."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

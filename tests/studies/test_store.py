@@ -1,7 +1,5 @@
 """Results are measured once, kept, and found again; what is damaged is not believed."""
 
-from __future__ import annotations
-
 import errno
 import os
 import random

@@ -1,7 +1,5 @@
 """A case that cannot be measured is marked with the reason; the others go on."""
 
-from __future__ import annotations
-
 import json
 import warnings
 

@@ -1,7 +1,5 @@
 """What a study asks of a system: a scene, a lattice and another's integrator answer alike."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

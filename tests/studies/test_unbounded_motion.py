@@ -1,7 +1,5 @@
 """Motions without bound or with an end leave a study inconclusive; methods that blow up fail."""
 
-from __future__ import annotations
-
 import gc
 import weakref
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """A user's file: what is found in it, by which words, and what is said of a wrong one."""
 
-from __future__ import annotations
-
 import pickle
 import re
 import subprocess

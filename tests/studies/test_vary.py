@@ -1,7 +1,5 @@
 """A number of a rule or a scene with several values: words, curves, and formulas in its letter."""
 
-from __future__ import annotations
-
 import inspect
 from fractions import Fraction
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """discmech verify: what runs on what, verdicts as they come, table, JSON, page and exit code."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A command ends with 4 unless it came to its own end, whatever ends its process."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """All words of an exported figure are inside it, and none covers a neighbour's axes or words."""
 
-from __future__ import annotations
-
 import re
 from itertools import combinations
 

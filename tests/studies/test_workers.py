@@ -1,7 +1,5 @@
 """Whatever ends a run ends its workers: an interrupt, an error, the death of the first process."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

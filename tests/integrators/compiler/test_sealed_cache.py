@@ -1,7 +1,5 @@
 """Nothing that lies in the cache is believed that is not what was written there, by this user."""
 
-from __future__ import annotations
-
 import logging
 import os
 import random

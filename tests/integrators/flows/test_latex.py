@@ -1,7 +1,5 @@
 """A scheme shows its equations in a notebook."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech import Scheme, midpoint, scenes

@@ -1,7 +1,5 @@
 """Runs whose numbers end where no equation needs them: a failure that names step and component."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 

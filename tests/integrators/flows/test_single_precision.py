@@ -1,7 +1,5 @@
 """Runs in single precision: floor and drift of the energy are those that are derived."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Starts: by the momentum, where there is a discrete Lagrangian only, and on constraints."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

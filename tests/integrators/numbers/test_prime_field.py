@@ -1,7 +1,5 @@
 """F_p as a kind of number: exact rational arithmetic, roots that multiply, series over it."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Published integrable maps keep their integrals, which hold the step, to round-off."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 

@@ -1,7 +1,5 @@
 """An assertion is its study's verdict: all precisions; an order that is asked for drops no fail."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech.integrators import rules, scenes

@@ -1,7 +1,5 @@
 """Störmer–Verlet in five forms: one method, so one set of verdicts, one order, one trajectory."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 

@@ -1,7 +1,5 @@
 """Orders that are not those expected: one constructed case for each cause, and its name."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Defects of symplecticity and of momenta: one constructed case for each cause, and its name."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """A kick or a drift whose h is forgotten is named; another force without h is not called one."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech import black_box, scenes

@@ -1,7 +1,5 @@
 """A fault that two studies must see."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 

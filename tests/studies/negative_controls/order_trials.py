@@ -4,8 +4,6 @@
 each that is judged wrongly, and the counts of all verdicts.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from collections import Counter

@@ -4,8 +4,6 @@
 became of all: a sound rule must not fail, and a naive one must not pass.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from collections import Counter

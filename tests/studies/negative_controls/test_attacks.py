@@ -3,8 +3,6 @@
 Those of the first table in every unit of action too.
 """
 
-from __future__ import annotations
-
 import runpy
 
 import pytest

@@ -1,7 +1,5 @@
 """Energies that drift: the study of energy must say no, and to bands that stand it must not."""
 
-from __future__ import annotations
-
 from itertools import accumulate
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Quantities that drift: the study of momenta must say no, and name them."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 

@@ -1,7 +1,5 @@
 """Orders declared wrongly and references that are wrong: the study of orders must say no."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

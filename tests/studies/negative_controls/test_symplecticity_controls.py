@@ -1,7 +1,5 @@
 """Maps that are broken on purpose: the study of symplecticity must say no to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

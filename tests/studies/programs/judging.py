@@ -1,7 +1,5 @@
 """One case of a box, judged."""
 
-from __future__ import annotations
-
 from discmech import scenes
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming

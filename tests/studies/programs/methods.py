@@ -1,7 +1,5 @@
 """Integrators as people write them: functions of arrays, right ones and ones with a mistake."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from discmech import black_box

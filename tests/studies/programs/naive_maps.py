@@ -3,8 +3,6 @@
 A form takes the vector field f, the state z and the step h, symbols or numbers.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from discmech import black_box, one_step

@@ -1,7 +1,5 @@
 """A program that runs in numbers of any kind is judged in each that is run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

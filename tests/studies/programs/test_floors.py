@@ -1,7 +1,5 @@
 """A floor is a grid that every output of a program lies on; no amount of error is one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The form along a long run of a program: faults that the first steps do not have."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech import black_box, scenes

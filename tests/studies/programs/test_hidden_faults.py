@@ -1,7 +1,5 @@
 """Programs that are no map, change what they are given, raise, or hide a small fault."""
 
-from __future__ import annotations
-
 import dataclasses
 import random
 import sys

@@ -1,7 +1,5 @@
 """A lower power of the step is denied by a sum of higher ones that explains all errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

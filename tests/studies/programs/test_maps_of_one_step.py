@@ -1,7 +1,5 @@
 """Maps of one step, which have no h: their form, way back and volume alone are judged."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

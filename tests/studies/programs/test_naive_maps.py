@@ -1,7 +1,5 @@
 """A naive map fails: it takes no verdict away, however far its numbers run."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Programs with odd answers: none of them passes, and each has one sentence."""
 
-from __future__ import annotations
-
 import json
 import sys
 

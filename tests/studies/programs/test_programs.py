@@ -1,7 +1,5 @@
 """Kinds of programs, what may be given beside a step, and what is remembered of them."""
 
-from __future__ import annotations
-
 import ctypes
 import dataclasses
 import sys

@@ -1,7 +1,5 @@
 """Right methods pass with what they are worth, and every mistake is caught with its cause."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech import Scene, black_box, pair, scenes

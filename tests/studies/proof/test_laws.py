@@ -1,7 +1,5 @@
 """Laws of a step: to which power of h a map is symplectic, self-adjoint, and keeps a momentum."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 

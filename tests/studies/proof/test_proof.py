@@ -1,7 +1,5 @@
 """Proofs of order: what is right is proven, what is wrong is disproven, and the rest is said."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

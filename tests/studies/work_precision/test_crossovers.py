@@ -1,7 +1,5 @@
 """The page of crossovers says who is fastest, from races that were made up."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.benchmarks import crossovers as page

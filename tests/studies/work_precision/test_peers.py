@@ -1,7 +1,5 @@
 """Other people's integrators: the same equations, given up in time, absent in a sentence."""
 
-from __future__ import annotations
-
 import math
 from importlib.util import find_spec
 

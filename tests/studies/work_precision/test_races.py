@@ -1,7 +1,5 @@
 """Whole races: true errors, the order of each rule, failures told, wrong methods found out."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

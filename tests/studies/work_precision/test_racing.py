@@ -1,7 +1,5 @@
 """Fair timing: runs take turns, and a time is known when its samples agree."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import time

@@ -1,7 +1,5 @@
 """What an accuracy costs, by interpolation between runs; the table and the picture of it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Scenes with contact, their schemes and runs, each made once."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import sympy

@@ -1,7 +1,5 @@
 """Contact: motions in closed form, and the orders of rules under it."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Motions under contact that are known in closed form, at the step sizes that once went wrong."""
 
-from __future__ import annotations
-
 import os
 import runpy
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Contact: what has no answer is said in a sentence."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

@@ -1,7 +1,5 @@
 """Contact: several at once, every kind of rule and groupoid, runs from any row."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

@@ -1,7 +1,5 @@
 """Two-link arms that Newton's method alone does not solve, held to a direct optimisation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

@@ -1,7 +1,5 @@
 """Optimal control: closed forms, the costate as a gradient, and symmetry."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import mpmath

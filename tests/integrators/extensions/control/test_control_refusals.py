@@ -1,7 +1,5 @@
 """Problems of control that have no answer, and questions that are none: a sentence each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

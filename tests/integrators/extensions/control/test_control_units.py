@@ -1,7 +1,5 @@
 """Control problems told in other units, and costs that are nearly flat where controls are large."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

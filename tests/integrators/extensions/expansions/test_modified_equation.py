@@ -1,7 +1,5 @@
 """The modified equation: f̃ = B dH̃ by order, closed forms, and H̃ kept to the stated order."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

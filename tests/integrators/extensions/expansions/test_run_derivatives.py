@@ -1,7 +1,5 @@
 """Derivatives of runs, tangent and adjoint, against differences at 50 digits."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """What an exported file offers: parameters, energy and momenta, failures, refusals."""
 
-from __future__ import annotations
-
 import math
 import re
 import types

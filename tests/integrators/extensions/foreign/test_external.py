@@ -1,7 +1,5 @@
 """Programs as integrators: the examples in C and in Python, beside the rule that they are."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

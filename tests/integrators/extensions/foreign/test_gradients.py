@@ -1,7 +1,5 @@
 """A gradient in numbers has to be that of its function, along the motion and beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

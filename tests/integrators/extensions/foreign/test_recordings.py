@@ -1,7 +1,5 @@
 """Recorded runs: what files may look like, and a sentence for those that are no runs."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 

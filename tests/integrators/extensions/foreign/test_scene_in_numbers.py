@@ -1,7 +1,5 @@
 """The scene as a black box sees it."""
 
-from __future__ import annotations
-
 import pytest
 
 from discmech import Scheme, black_box, scenes
