@@ -219,9 +219,7 @@ def test_a_complex_cover_has_a_real_form():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "given", [so(3), pytest.param(so(4), marks=pytest.mark.slow)], ids=lambda a: a.name
-)
+@pytest.mark.parametrize("given", [so(3), so(4)], ids=lambda a: a.name)
 def test_irrational_bases_have_both_charts(given):
     """A basis vector times √2: τ(ξ)τ(η) = τ(p), and L⁻¹L = 1; ideals are sought over ℚ only."""
     first, *others = given.basis

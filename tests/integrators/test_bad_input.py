@@ -452,14 +452,11 @@ def test_whatever_a_rule_raises_is_told_with_its_line(raised):
         _ = with_rule(rule).FL
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: plain(duration=10**6000),
-        lambda: plain(parameters={"a": "1e99999"}),
-        lambda: with_rule(lambda L, G, x, u, h: h * L(x, u) * 10**6000).FL,
-    ],
-)
+@pytest.mark.parametrize("make", [
+    lambda: plain(duration=10**6000),
+    lambda: plain(parameters={"a": "1e99999"}),
+    lambda: with_rule(lambda L, G, x, u, h: h * L(x, u) * 10**6000).FL,
+])  # fmt: skip
 def test_numbers_that_nobody_can_print_are_refused(make):
     with pytest.raises(BadInput, match="choose units that fit the motion"):
         make()

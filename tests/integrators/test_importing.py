@@ -29,15 +29,12 @@ def loaded_by(statement):
 
 
 @pytest.mark.dear(but=("import discmech",))
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "import discmech",
-        "from discmech.integrators import scenes; scenes.all_scenes()",
-        "from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
-        "from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
-    ],
-)
+@pytest.mark.parametrize("statement", [
+    "import discmech",
+    "from discmech.integrators import scenes; scenes.all_scenes()",
+    "from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
+    "from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
+])  # fmt: skip
 def test_importing_is_light(statement):
     assert not loaded_by(statement) & set(HEAVY)
 

@@ -100,18 +100,15 @@ def test_in_both_charts_with_coarse_steps(name, retraction):
 
 
 @pytest.mark.dear("rigid-body-lobatto", "4-", "triple")
-@pytest.mark.parametrize(
-    ("name", "rule", "why"),
-    [
-        ("harmonic", "gauss-2", "the equations are linear, and one correction solves them"),
-        ("kepler", "lobatto-3", "a step of so few stages takes Newton's method no longer"),
-        ("double-pendulum", "lobatto-4", LOBATTO),
-        ("rigid-body", "lobatto-4", LOBATTO),
-        ("kepler", "gauss-2", "a step of so few stages takes Newton's method no longer"),
-        ("kepler", "midpoint", "the rule has no stages on Gauss or Lobatto nodes"),
-        ("kepler", "triple-jump:gauss-2", "a composition has steps of several sizes"),
-    ],
-)
+@pytest.mark.parametrize(("name", "rule", "why"), [
+    ("harmonic", "gauss-2", "the equations are linear, and one correction solves them"),
+    ("kepler", "lobatto-3", "a step of so few stages takes Newton's method no longer"),
+    ("double-pendulum", "lobatto-4", LOBATTO),
+    ("rigid-body", "lobatto-4", LOBATTO),
+    ("kepler", "gauss-2", "a step of so few stages takes Newton's method no longer"),
+    ("kepler", "midpoint", "the rule has no stages on Gauss or Lobatto nodes"),
+    ("kepler", "triple-jump:gauss-2", "a composition has steps of several sizes"),
+])  # fmt: skip
 def test_where_newton_does_all_it_says_why(name, rule, why):
     fixed, _ = both(SCENES[name], rule, "0.1")
     assert fixed.stages is None and fixed.by_newton == why

@@ -168,9 +168,7 @@ def test_a_connection_in_the_groupoid_or_in_the_lagrangian():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "rule", [rectangle, pytest.param(trapezoidal, marks=pytest.mark.slow)], ids=lambda r: r.name
-)
+@pytest.mark.parametrize("rule", [rectangle, trapezoidal], ids=lambda r: r.name)
 def test_the_other_rules_take_the_connection_elsewhere_and_agree_in_the_limit(rule):
     scene = OWN_SCENES["carried-along"]
     first, second = (scheme_of(s, rule) for s in (scene, in_plain_coordinates(scene)))

@@ -27,9 +27,9 @@ from discmech.integrators.rules import get
 from discmech.integrators.scene import takes_fourth
 
 #: of every groupoid, with terms linear in the velocity, a force, the time
-NAMES = ("kepler", "kapitza-pendulum", "rigid-body", "heavy-top", "rotor-body")
-MORE = ("charged-particle", "double-pendulum", "damped-pendulum", "kirchhoff", "driven-heavy-top",
-        "wong")  # fmt: skip
+NAMES = ("kepler", "kapitza-pendulum", "rigid-body", "heavy-top", "rotor-body", "charged-particle",
+         "double-pendulum", "damped-pendulum", "kirchhoff", "driven-heavy-top",
+         "wong")  # fmt: skip
 
 
 def energy(lagrangian, x, mu, *rest):
@@ -57,10 +57,7 @@ def by_hamiltonian(name):
 
 
 @pytest.mark.slow
-@pytest.mark.dear("[rotor-body]")
-@pytest.mark.parametrize(
-    "name", [*NAMES, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE)]
-)
+@pytest.mark.parametrize("name", NAMES)
 def test_both_move_alike(name):
     """By a rule on L, by maps on the dual and by the reference, to round-off; H is the energy."""
     one, other = scenes.get(name), by_hamiltonian(name)
@@ -124,9 +121,7 @@ def test_momenta_as_unknowns_of_the_step_are_the_lagrangian_in_closed_form(name,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "scene", [SWIFT, pytest.param(SPINNING, marks=pytest.mark.slow)], ids=lambda s: s.name
-)
+@pytest.mark.parametrize("scene", [SWIFT, SPINNING], ids=lambda s: s.name)
 def test_rules_run_on_a_hamiltonian_whose_lagrangian_is_not_closed(scene):
     """At their orders, and Gauss's collocation is the map on the dual."""
     wanted = np.array([float(e) for e in solution(scene, 2, digits=30).mu])

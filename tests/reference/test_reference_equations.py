@@ -197,18 +197,15 @@ def test_a_float_in_the_lagrangian_is_exact():
     assert abs(solution(half, 5).x[0] - solution(exact, 5).x[0]) < 1e-50
 
 
-@pytest.mark.parametrize(
-    "lagrangian, message",
-    [
-        (lambda x, v, p: v[0] ** 2 / 2 + x[0] * v[1], "mass matrix .* singular"),
-        (lambda x, v, p: __import__("math").cos(x[0]), "sympy functions"),
-        (lambda x, v, p: v[0] ** 2 + sympy.Symbol("q"), "unknown symbols q"),
-        (lambda x, v, p: [v.dot(v) / 2, x[0]], "has 2 values"),
-        (None, "no continuous Lagrangian"),
-        (lambda x, v, p: v.dot(v) / 2 + sympy.besselj(0, x[0]), "besselj.*cannot expand"),
-        (lambda x, v, p: p.missing * v[0], "missing"),
-    ],
-)
+@pytest.mark.parametrize("lagrangian, message", [
+    (lambda x, v, p: v[0] ** 2 / 2 + x[0] * v[1], "mass matrix .* singular"),
+    (lambda x, v, p: __import__("math").cos(x[0]), "sympy functions"),
+    (lambda x, v, p: v[0] ** 2 + sympy.Symbol("q"), "unknown symbols q"),
+    (lambda x, v, p: [v.dot(v) / 2, x[0]], "has 2 values"),
+    (None, "no continuous Lagrangian"),
+    (lambda x, v, p: v.dot(v) / 2 + sympy.besselj(0, x[0]), "besselj.*cannot expand"),
+    (lambda x, v, p: p.missing * v[0], "missing"),
+])  # fmt: skip
 def test_unusable_lagrangians_are_named(lagrangian, message):
     scene = pair_scene("mine", lagrangian, (3, 1), (1, 2))
     with pytest.raises(ReferenceFailure, match=message) as failure:

@@ -92,15 +92,12 @@ def test_one_method_of_two_names_ties_as_one():
     assert advising.short(line) == "for 10⁻⁴ take again = fast"
 
 
-@pytest.mark.parametrize(
-    ("other", "taken"),
-    [
-        (long("drift", 1e-8, 1.0), ["drift"]),  # a thousand times, and still below the band
-        (long("drift", 1e-6, 1.0), ["band", "drift"]),
-        (long("drift", 2e-4, 1.0), ["band"]),
-        (long("drift", 2.0), ["band"]),
-    ],
-)
+@pytest.mark.parametrize(("other", "taken"), [
+    (long("drift", 1e-8, 1.0), ["drift"]),  # a thousand times, and still below the band
+    (long("drift", 1e-6, 1.0), ["band", "drift"]),
+    (long("drift", 2e-4, 1.0), ["band"]),
+    (long("drift", 2.0), ["band"]),
+])  # fmt: skip
 def test_long_runs_are_carried_on_by_their_growth(other, taken):
     line = only([long("band", 1e-4), other])
     assert sorted(line["take"]) == taken

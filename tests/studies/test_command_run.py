@@ -25,11 +25,6 @@ def test_run_says_how_near_the_edge_it_came(ask, words, said):
     assert (found["margin"] < 1) == bool(said) and (found["edges"] > 0) == ("edge was" in said)
 
 
-def test_an_unknown_policy_at_the_edge_is_told(ask):
-    code, _, err = ask("run", "pendulum", "--on-edge", "jump")
-    assert code == 2 and "on_edge is 'jump'" in err and "'bisect'" in err
-
-
 @pytest.mark.slow
 def test_run_as_json(ask):
     code, out, err = ask("run", "heavy-top", "--rule", "midpoint", "--step", "1/100",
@@ -92,17 +87,6 @@ def test_run_chooses_its_step_for_a_tolerance(ask):
 def test_run_takes_the_scene_s_own_step_and_duration(ask):
     found = strict(ask("run", "kepler", "--every", "1000", "--json", "-")[1])
     assert (found["step"], found["steps"]) == (0.02, 250)
-
-
-def test_run_backwards_returns(ask):
-    """A negative step runs Φ₋ₕ; for a self-adjoint rule that is the way back."""
-    code, out, _ = ask("run", "pendulum", "--rule", "midpoint", "--step=-1/10",
-                       "--steps", "4", "--json", "-")  # fmt: skip
-    found = strict(out)
-    assert code == 0 and found["t"][-1] == -0.4
-    flow = Scheme(scenes.get("pendulum"), midpoint).flow("1/10")
-    back = flow.trajectory(4, x0=found["x"][-1], mu0=found["mu"][-1])
-    assert back.x[-1] == pytest.approx([2], abs=1e-14)
 
 
 @pytest.mark.parametrize("step", ["-0.1", "-1/10", "-1e-1"])

@@ -78,15 +78,6 @@ def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     assert strict(file.read_text())["cases"][0]["measured"] == case["measured"]
 
 
-@pytest.mark.slow
-def test_controls_by_name(ask):
-    code, out, _ = ask("symplecticity", "heavy-top", "--control", "Heun", "--control",
-                       "damped residual", "--digits", "16", "--json", "-")  # fmt: skip
-    cases = strict(out)["cases"]
-    assert code == 0
-    assert [(c["rule"], c["control"]) for c in cases] == [("Heun", True), ("damped residual", True)]
-
-
 @pytest.mark.parametrize("words", [
     ("kepler", "--control", "Heun"),
     ("pendulum", "--control", "flipped bracket"),  # there is no anchor beside it

@@ -84,7 +84,6 @@ def turned(flow):
 
 
 @pytest.mark.slow
-@pytest.mark.sampled
 @pytest.mark.parametrize("apart", ["1", "1.003"])
 @pytest.mark.parametrize("fault", [rebound, turned])
 def test_an_impact_that_is_wrong_in_the_ninth_digit_fails(fault, apart):

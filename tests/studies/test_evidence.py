@@ -16,14 +16,7 @@ from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies.core.case import in_chart
 from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence import evidence_of
-from discmech.studies.evidence.laws import (
-    ARROW,
-    FORM,
-    ROUNDINGS,
-    WAY_BACK,
-    Law,
-    worst_departure,
-)
+from discmech.studies.evidence.laws import ARROW, FORM, ROUNDINGS, WAY_BACK, Law, worst_departure
 from discmech.studies.evidence.many_steps import many_steps
 from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.places import is_linear

@@ -34,7 +34,6 @@ def made(text, language, folder, scheme):
 
 
 @pytest.mark.slow
-@pytest.mark.dear("[heavy-top gauss-3]")
 @pytest.mark.parametrize(("scene", "rule"), KINDS, ids=map(" ".join, KINDS))
 def test_a_file_runs_as_its_scheme(scene, rule, tmp_path):
     scheme = Scheme(scenes.get(scene), lookup.rule(rule))

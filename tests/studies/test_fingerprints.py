@@ -56,13 +56,6 @@ def test_of_equal_questions_it_is_equal():
     )
 
 
-def test_retractions_have_their_own():
-    body = scenes.get("rigid-body")
-    from discmech.integrators import exponential
-
-    assert key(scene=body) != key(scene=body.with_retraction(exponential))
-
-
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
     """A copy of our text that may be changed; keys are of it."""

@@ -77,11 +77,7 @@ def test_the_krein_signature_changes_with_the_sense_of_rotation():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [
-    "explicit Euler",
-    pytest.param("classical Runge-Kutta", marks=pytest.mark.slow),
-    pytest.param("Heun", marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.parametrize("name", ["explicit Euler", "classical Runge-Kutta", "Heun"])
 def test_what_is_not_symplectic_leaves_the_circle(name):
     problem = Oscillator(controls.RUNGE_KUTTA[name])
     assert problem.off_circle(1.0, proved=False) is not None

@@ -103,7 +103,6 @@ named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
 
 
 @pytest.mark.slow
-@pytest.mark.dear("pendulum-3")
 @named
 def test_it_passes_every_study_that_keeps_something(scene):
     for study in ("symplecticity", "energy", *(["momentum"] if scene.symmetries else [])):

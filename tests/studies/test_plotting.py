@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from discmech import (
-    BadInput,
-    Scheme,
-    check,
-    film,
-    midpoint,
-    plot,
-    scenes,
-    trapezoidal,
-)
+from discmech import BadInput, Scheme, check, film, midpoint, plot, scenes, trapezoidal
 from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main

@@ -80,10 +80,10 @@ def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monke
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("unit", [150, pytest.param(-150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("unit", [150, -150])
 @pytest.mark.parametrize("words", [
     "pendulum midpoint: equation.gain_at_points, sign #0",
-    pytest.param("heavy-top midpoint: equation.gain_at_points, sign #0", marks=pytest.mark.slow),
+    "heavy-top midpoint: equation.gain_at_points, sign #0",
 ])  # fmt: skip
 def test_a_fault_is_caught_in_any_unit_of_action(words, unit):
     found = of_fault(named(words, everything(unit)))
@@ -166,9 +166,7 @@ def test_the_sound_scheme_is_left_alone():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [
-    0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))
-])  # fmt: skip
+@pytest.mark.parametrize("seed", range(4))
 def test_a_valid_rule_is_let_through(seed):
     found = of_rule(seed)
     assert not found["caught"], found["found"]

@@ -60,17 +60,14 @@ def test_a_run_of_another_method_is_named(tmp_path, k):
     assert case["verdict"] == "inconclusive" and "record all runs by one method" in case["reason"]
 
 
-@pytest.mark.parametrize(
-    ("errors", "named"),
-    [
-        ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),
-        ([6e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 0),  # a longer step by another method
-        ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1e-11], 4),  # a shorter one
-        ([0.06, 4.4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # h⁴ of other powers
-        ([1.2, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # a step that is too long
-        ([4e-8, 1e-8, 2.5e-9, 6.25e-10, 1.8e-10, 2e-10], None),  # round-off
-    ],
-)
+@pytest.mark.parametrize(("errors", "named"), [
+    ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),
+    ([6e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 0),  # a longer step by another method
+    ([4e-3, 1e-3, 2.5e-4, 6.25e-5, 1e-11], 4),  # a shorter one
+    ([0.06, 4.4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # h⁴ of other powers
+    ([1.2, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # a step that is too long
+    ([4e-8, 1e-8, 2.5e-9, 6.25e-10, 1.8e-10, 2e-10], None),  # round-off
+])  # fmt: skip
 def test_what_is_on_no_line_is_another_power_or_round_off_or_another_run(errors, named):
     on_line = [k for k, e in enumerate(errors) if e in (1e-3, 2.5e-4, 6.25e-5, 1e-8, 2.5e-9)
                or e in (4e-3, 1.5625e-5, 4e-8, 6.25e-10)]  # fmt: skip

@@ -52,20 +52,17 @@ def test_the_time_is_the_duration_and_the_attitude_is_there(capsys):
     assert found["certainty"] == "enclosure" and float(found["bound"]) < 1e-50
 
 
-@pytest.mark.parametrize(
-    "words, message",
-    [
-        ([], "name one SCENE"),
-        (["keppler"], 'no scene "keppler": did you mean kepler'),
-        (["kepler", "--time", "soon"], "t='soon' is not an exact finite number"),
-        (["kepler", "--digits", "many"], "--digits is 'many'"),
-        (["kepler", "--digits", "0"], "--digits is '0'"),
-        (["kepler", "--attitude"], "pair groupoid, which has no attitude"),
-        (["kepler", "--json", "/dev/null/all.json"], "cannot be written"),
-        (["kepler", "--check", "kepler"], "name one SCENE, or ask for"),
-        (["--rebuild", "keppler"], 'no scene "keppler"'),
-    ],
-)
+@pytest.mark.parametrize("words, message", [
+    ([], "name one SCENE"),
+    (["keppler"], 'no scene "keppler": did you mean kepler'),
+    (["kepler", "--time", "soon"], "t='soon' is not an exact finite number"),
+    (["kepler", "--digits", "many"], "--digits is 'many'"),
+    (["kepler", "--digits", "0"], "--digits is '0'"),
+    (["kepler", "--attitude"], "pair groupoid, which has no attitude"),
+    (["kepler", "--json", "/dev/null/all.json"], "cannot be written"),
+    (["kepler", "--check", "kepler"], "name one SCENE, or ask for"),
+    (["--rebuild", "keppler"], 'no scene "keppler"'),
+])  # fmt: skip
 def test_bad_questions(capsys, words, message):
     code, _, err = ask(capsys, *words)
     assert code == 2 and message in err and err.count("\n") == 1

@@ -178,13 +178,7 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "words",
-    [
-        [],
-        ["--bench"],
-        ["--bench", "--digits", "16"],
-        ["--bench", "--thorough"],
-    ],
+    "words", [[], ["--bench"], ["--bench", "--digits", "16"], ["--bench", "--thorough"]]
 )
 def test_the_mutation_study_is_in_the_report_of_the_bench_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys

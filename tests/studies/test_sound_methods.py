@@ -72,7 +72,6 @@ def lopsided(L, G, x, u, h):
 
 
 @pytest.mark.slow
-@pytest.mark.dear("cartesian-pendulum")
 @pytest.mark.parametrize(
     ("scene", "rule"), [("pendulum", damped_map), ("cartesian-pendulum", lopsided)]
 )
@@ -82,13 +81,10 @@ def test_round_off_of_maps_and_of_constraints_is_measured_and_excuses_no_other_o
     assert all(0 < row["round_off"] < 1e-10 for row in found["rows"])
 
 
-@pytest.mark.parametrize(
-    ("study", "scene", "steps"),
-    [
-        ("energy", "harmonic", 4000),
-        pytest.param("momentum", "kepler", 1000, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("study", "scene", "steps"), [
+    ("energy", "harmonic", 4000),
+    pytest.param("momentum", "kepler", 1000, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_a_drift_of_lost_digits_is_no_failure(study, scene, steps):
     found = measured(study, scenes.get(scene), by_midway_points, 16, steps)
     assert found["verdict"] == "inconclusive" and "nearly equal numbers" in found["reason"]

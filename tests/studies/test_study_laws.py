@@ -173,14 +173,11 @@ def test_momentum_at_50_digits(scene, rule):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("scene", "rule"),
-    [
-        pytest.param(*pair, marks=() if pair == ("rigid-body", "midpoint") else pytest.mark.slow)
-        for pair in BUILT_IN
-        if pair[1] != "own" and scenes.get(pair[0]).groupoid.retraction
-    ],
-)
+@pytest.mark.parametrize(("scene", "rule"), [
+    pytest.param(*pair, marks=() if pair == ("rigid-body", "midpoint") else pytest.mark.slow)
+    for pair in BUILT_IN
+    if pair[1] != "own" and scenes.get(pair[0]).groupoid.retraction
+])  # fmt: skip
 def test_the_laws_hold_with_the_exponential(scene, rule):
     has_its_order(scene, rule, 16, 0.05, "exponential")
     is_symplectic(scene, rule, 16, 1e-13, 24, "exponential")
@@ -304,15 +301,12 @@ def test_what_check_returns_is_what_the_design_says(study):
     json.dumps(plain(found), allow_nan=False)
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "wanted"),
-    [
-        ([], "inconclusive"),
-        (["pass", "pass"], "pass"),
-        (["pass", "inconclusive"], "inconclusive"),
-        (["inconclusive", "fail", "pass"], "fail"),
-    ],
-)
+@pytest.mark.parametrize(("verdicts", "wanted"), [
+    ([], "inconclusive"),
+    (["pass", "pass"], "pass"),
+    (["pass", "inconclusive"], "inconclusive"),
+    (["inconclusive", "fail", "pass"], "fail"),
+])  # fmt: skip
 def test_the_worst_verdict_counts(verdicts, wanted):
     assert worst(verdicts) == wanted
 

@@ -74,15 +74,12 @@ def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
     assert len(chosen(files=("both.py",), every_scene=True)[0]) == 1 + len(scenes.names())
 
 
-@pytest.mark.parametrize(
-    ("name", "rules", "own"),
-    [
-        ("two_thirds", ["two-thirds"], []),
-        ("two-thirds", ["two-thirds"], []),
-        ("my-pendulum", list(RULES), ["my-pendulum"]),
-        ("mine", list(RULES), ["my-pendulum"]),
-    ],
-)
+@pytest.mark.parametrize(("name", "rules", "own"), [
+    ("two_thirds", ["two-thirds"], []),
+    ("two-thirds", ["two-thirds"], []),
+    ("my-pendulum", list(RULES), ["my-pendulum"]),
+    ("mine", list(RULES), ["my-pendulum"]),
+])  # fmt: skip
 def test_one_rule_or_scene_of_the_file_is_named_as_it_or_its_variable_is(folder, name, rules, own):
     request = Request((f"both.py:{name}",))
     assert [r.name for r in request.rules()] == rules
@@ -295,19 +292,16 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     assert code == 0 and "✓ symplecticity" in out and "✓ order" in out
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["not_there.py"], "not_there.py cannot be read"),
-        (["midpont"], "did you mean midpoint"),
-        (["own_study.py"], "own_study.py defines no rule or scene."),
-        (["good.py", "--scene", "keplr"], "did you mean kepler"),
-        (["good.py", "--digits", "5"], "--digits is 5"),
-        (["good.py", "--html", "-"], "--html needs"),
-        (["good.py", "--json", "good.py/found.json"], "cannot be written"),
-        (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
-    ],
-)
+@pytest.mark.parametrize(("words", "message"), [
+    (["not_there.py"], "not_there.py cannot be read"),
+    (["midpont"], "did you mean midpoint"),
+    (["own_study.py"], "own_study.py defines no rule or scene."),
+    (["good.py", "--scene", "keplr"], "did you mean kepler"),
+    (["good.py", "--digits", "5"], "--digits is 5"),
+    (["good.py", "--html", "-"], "--html needs"),
+    (["good.py", "--json", "good.py/found.json"], "cannot be written"),
+    (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
+])  # fmt: skip
 def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
     ask("new", "study", "own-study")  # a file without a rule
     code, out, err = ask("verify", *words)

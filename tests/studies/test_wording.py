@@ -83,22 +83,19 @@ def test_numbers_are_read_from_the_words_they_were_written_in(value: float) -> N
     assert wording.numbers_in("2, −1.5 and 1e-13; 10⁻³ to 2×") == [2, -1.5, 1e-13, 1e-3, 2]
 
 
-@pytest.mark.parametrize(
-    ("value", "interval", "text"),
-    [
-        (2.0004, [1.998, 2.002], "2.000 ± 0.003"),
-        (2.0, [2.0, 2.0], "2.000000 ± 0.000001"),
-        (1.98765, [1.90, 2.05], "1.988 ± 0.088"),
-        (2.00001234, [2.00001, 2.00002], "2.000012 ± 0.000008"),
-        (1.5, None, "1.500"),
-        (1.07e-11, [-2.28e-9, 2.30e-9], "(0.0 ± 2.3)×10⁻⁹"),
-        (-2.6808971e-18, [-2.6810207e-18, -2.6807736e-18], "(−2.6809 ± 0.0002)×10⁻¹⁸"),
-        (-9e-10, [-9.9e-10, -8.9e-10], "(−9.0 ± 0.9)×10⁻¹⁰"),
-        (0.0, [0.0, 0.0], "0"),
-        (None, [0, 1], "—"),
-        (math.nan, [0, 1], "—"),
-    ],
-)
+@pytest.mark.parametrize(("value", "interval", "text"), [
+    (2.0004, [1.998, 2.002], "2.000 ± 0.003"),
+    (2.0, [2.0, 2.0], "2.000000 ± 0.000001"),
+    (1.98765, [1.90, 2.05], "1.988 ± 0.088"),
+    (2.00001234, [2.00001, 2.00002], "2.000012 ± 0.000008"),
+    (1.5, None, "1.500"),
+    (1.07e-11, [-2.28e-9, 2.30e-9], "(0.0 ± 2.3)×10⁻⁹"),
+    (-2.6808971e-18, [-2.6810207e-18, -2.6807736e-18], "(−2.6809 ± 0.0002)×10⁻¹⁸"),
+    (-9e-10, [-9.9e-10, -8.9e-10], "(−9.0 ± 0.9)×10⁻¹⁰"),
+    (0.0, [0.0, 0.0], "0"),
+    (None, [0, 1], "—"),
+    (math.nan, [0, 1], "—"),
+])  # fmt: skip
 def test_orders_have_the_digits_they_deserve(value: Any, interval: Any, text: str) -> None:
     assert wording.plus_minus(value, interval) == text
 
@@ -116,24 +113,21 @@ def test_words_for_latex() -> None:
     assert tables.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
 
 
-@pytest.mark.parametrize(
-    ("verdicts", "controls", "text"),
-    [
-        (["pass"], [], "The only case passes."),
-        (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
-        (["inconclusive"] * 2, [], "All 2 cases are inconclusive."),
-        (["fail"] * 2 + ["inconclusive"], [], "2 of 3 cases fail; 1 is inconclusive."),
-        (["measured"], [], "The only case is measured, where nothing is claimed."),
-        (
-            ["pass"] * 2 + ["measured"],
-            [],
-            "2 of 3 cases pass; 1 is measured, where nothing is claimed.",
-        ),
-        (["measured", "fail"], [], "1 of 2 cases fails; 1 is measured, where nothing is claimed."),
-        ([], ["pass", "fail", "fail"], "1 of 3 controls was caught."),
-        ([], ["fail", "fail"], "None of 2 controls were caught."),
-    ],
-)
+@pytest.mark.parametrize(("verdicts", "controls", "text"), [
+    (["pass"], [], "The only case passes."),
+    (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
+    (["inconclusive"] * 2, [], "All 2 cases are inconclusive."),
+    (["fail"] * 2 + ["inconclusive"], [], "2 of 3 cases fail; 1 is inconclusive."),
+    (["measured"], [], "The only case is measured, where nothing is claimed."),
+    (
+        ["pass"] * 2 + ["measured"],
+        [],
+        "2 of 3 cases pass; 1 is measured, where nothing is claimed.",
+    ),
+    (["measured", "fail"], [], "1 of 2 cases fails; 1 is measured, where nothing is claimed."),
+    ([], ["pass", "fail", "fail"], "1 of 3 controls was caught."),
+    ([], ["fail", "fail"], "None of 2 controls were caught."),
+])  # fmt: skip
 def test_headline_is_english(verdicts: list[str], controls: list[str], text: str) -> None:
     cases = [{"verdict": word} for word in verdicts]
     cases += [{"verdict": word, "control": True} for word in controls]

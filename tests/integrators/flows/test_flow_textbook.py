@@ -166,14 +166,11 @@ def run_by_hand(inertia, torque_start, torque_end, x, mu, u, h, steps):
 
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["rectangle", "trapezoidal"])
-@pytest.mark.parametrize(
-    ("scene", "inertia", "center"),
-    [
-        ("heavy-top", [1, 2, 3], [2 / 3, 1 / 3, 2 / 3]),
-        ("heavy-top-by-hand", [1, 2, 3], [2 / 3, 1 / 3, 2 / 3]),
-        ("lagrange-top", [1, 1, 0.5], [0, 0, 1]),
-    ],
-)
+@pytest.mark.parametrize(("scene", "inertia", "center"), [
+    ("heavy-top", [1, 2, 3], [2 / 3, 1 / 3, 2 / 3]),
+    ("heavy-top-by-hand", [1, 2, 3], [2 / 3, 1 / 3, 2 / 3]),
+    ("lagrange-top", [1, 1, 0.5], [0, 0, 1]),
+])  # fmt: skip
 def test_heavy_tops(scene, inertia, center, rule):
     """The kick h e×Γ of the weight: all at the start of the step, or half at either end.
 

@@ -125,17 +125,14 @@ def test_wrong_dimensions_are_named(dims):
         LocalGroupoid(*dims, target=shifted, product=added)
 
 
-@pytest.mark.parametrize(
-    ("entry", "said"),
-    [
-        (Symbol("m"), "sum: target holds the unknown symbol m; write it with its arguments"),
-        (sympy.nan, r"sum: target could not be evaluated .* no finite expressions"),
-        (sympy.oo, r"sum: target could not be evaluated .* no finite expressions"),
-        (sympy.true, r"sum: target could not be evaluated .* no finite expressions"),
-        (sympy.ImmutableMatrix([[1, 2]]), r"sum: target could not .* no finite expressions"),
-        (None, r"sum: target could not be evaluated"),
-    ],
-)
+@pytest.mark.parametrize(("entry", "said"), [
+    (Symbol("m"), "sum: target holds the unknown symbol m; write it with its arguments"),
+    (sympy.nan, r"sum: target could not be evaluated .* no finite expressions"),
+    (sympy.oo, r"sum: target could not be evaluated .* no finite expressions"),
+    (sympy.true, r"sum: target could not be evaluated .* no finite expressions"),
+    (sympy.ImmutableMatrix([[1, 2]]), r"sum: target could not .* no finite expressions"),
+    (None, r"sum: target could not be evaluated"),
+])  # fmt: skip
 def test_entries_that_are_no_expressions_in_the_arguments_are_refused(entry, said):
     g = LocalGroupoid(1, 1, target=lambda x, u, h: [entry], product=added, name="sum")
     with pytest.raises(BadInput, match=said):

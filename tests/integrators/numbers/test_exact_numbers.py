@@ -105,15 +105,12 @@ def test_what_is_no_finite_number_is_refused(said, values):
             exact(value, "the length")
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("sqrt(3)/6", sympy.sqrt(3) / 6),
-        ("-(1 + sqrt(5))/2", -(1 + sympy.sqrt(5)) / 2),
-        ("0.1*sqrt(2) - 1/3", sympy.sqrt(2) / 10 - sympy.Rational(1, 3)),
-        ("sqrt(4)", Fraction(2)),
-    ],
-)
+@pytest.mark.parametrize(("text", "value"), [
+    ("sqrt(3)/6", sympy.sqrt(3) / 6),
+    ("-(1 + sqrt(5))/2", -(1 + sympy.sqrt(5)) / 2),
+    ("0.1*sqrt(2) - 1/3", sympy.sqrt(2) / 10 - sympy.Rational(1, 3)),
+    ("sqrt(4)", Fraction(2)),
+])  # fmt: skip
 def test_a_text_with_roots_is_exact(text, value):
     assert exact(text, "w") == value
 

@@ -114,7 +114,7 @@ SETTINGS = settings(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [8, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, 3000])
 def test_values_of_random_expressions_are_those_of_sympy(count):
     with mpmath.workdps(60):
         settings(SETTINGS, max_examples=count, derandomize=count == 8)(given(recipes)(agree))()

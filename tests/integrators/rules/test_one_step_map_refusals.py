@@ -41,23 +41,20 @@ def test_a_rule_that_exists_on_some_groupoids_only():
     assert composed.applies(scenes.get("kepler")) and composed.refusal(scenes.get("sl2"))
 
 
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: one_step(order=0), "order"),
-        (lambda: one_step(lambda s, z, h: z), "brackets"),
-        (lambda: one_step(stages=-1), "stages"),
-        (lambda: one_step(implicit=True, stages=1), "leave implicit out"),
-        (lambda: one_step()(lambda s, z: z), r"takes 2 arguments.*\(s, z, h\)"),
-        (lambda: one_step()(None), "a one-step map is a function"),
-        (lambda: one_step(groupoids="pairs"), "no groupoid .pairs.: did you mean pair?"),
-        (lambda: discretisation(groupoids=["group"]), "no groupoid .group."),
-        (lambda: one_step(implicit=True)(lambda s, z, h: z), r"\(s, z, Z, h\)"),
-        (lambda: one_step(name="a b")(lambda s, z, h: z), "name"),
-        (lambda: dual_gauss(0), "from 1 to 20"),
-        (lambda: newmark("a"), "newmark: γ"),
-    ],
-)
+@pytest.mark.parametrize(("make", "said"), [
+    (lambda: one_step(order=0), "order"),
+    (lambda: one_step(lambda s, z, h: z), "brackets"),
+    (lambda: one_step(stages=-1), "stages"),
+    (lambda: one_step(implicit=True, stages=1), "leave implicit out"),
+    (lambda: one_step()(lambda s, z: z), r"takes 2 arguments.*\(s, z, h\)"),
+    (lambda: one_step()(None), "a one-step map is a function"),
+    (lambda: one_step(groupoids="pairs"), "no groupoid .pairs.: did you mean pair?"),
+    (lambda: discretisation(groupoids=["group"]), "no groupoid .group."),
+    (lambda: one_step(implicit=True)(lambda s, z, h: z), r"\(s, z, Z, h\)"),
+    (lambda: one_step(name="a b")(lambda s, z, h: z), "name"),
+    (lambda: dual_gauss(0), "from 1 to 20"),
+    (lambda: newmark("a"), "newmark: γ"),
+])  # fmt: skip
 def test_a_map_that_is_none_is_refused(make, said):
     with pytest.raises(BadInput, match=said):
         make()
@@ -68,26 +65,23 @@ def wrong(formula, **how):
     return Scheme(scenes.get("kepler"), rule)
 
 
-@pytest.mark.parametrize(
-    ("formula", "how", "said"),
-    [
-        (lambda s, z, h: z[:3, :], {}, "gives Z of shape 3×1; a state .* has 4 entries"),
-        (lambda s, z, h: None, {}, "gives Z None"),
-        (lambda s, z, h: [z] * 4, {}, "gives Z as a list of columns"),
-        (lambda s, z, h: z / sympy.Integer(0), {}, "map mine: Z is not finite"),
-        (lambda s, z, Z, h: Z * sympy.nan, {"implicit": True}, "its residual is not finite"),
-        (lambda s, z, h: z + h * s.f(z[:2, :]), {}, "asks at a 2×1 matrix"),
-        (lambda s, z, h: 1 / 0, {}, "could not be evaluated with symbols .ZeroDivision"),
-        (lambda s, z, h: z + h * s.g(z), {}, "asks for what is not there"),
-        (lambda s, z, h: z + sympy.Symbol("q") * s.f(z), {}, "the unknown symbol q"),
-        (lambda s, z, Z, h: z - h * s.f(z), {"implicit": True}, "does not determine the new Z"),
-        (lambda s, z, h, K: z, {"stages": 1}, r"return Z, \[1 residuals\]"),
-        (lambda s, z, h, K: (z, [z]), {"stages": 1}, "does not determine its stages"),
-        (lambda s, z, h: ["a"] * 4, {}, "is the text 'a'"),
-        (lambda s, z, h: z + h * s.f(z).jacobian(z) * s.f(z), {}, "s.df is the derivative of s.f"),
-        (lambda s, z, h: z + h * s.f(z).subs(z[0], 1), {}, "ask s again, at the other state"),
-    ],
-)
+@pytest.mark.parametrize(("formula", "how", "said"), [
+    (lambda s, z, h: z[:3, :], {}, "gives Z of shape 3×1; a state .* has 4 entries"),
+    (lambda s, z, h: None, {}, "gives Z None"),
+    (lambda s, z, h: [z] * 4, {}, "gives Z as a list of columns"),
+    (lambda s, z, h: z / sympy.Integer(0), {}, "map mine: Z is not finite"),
+    (lambda s, z, Z, h: Z * sympy.nan, {"implicit": True}, "its residual is not finite"),
+    (lambda s, z, h: z + h * s.f(z[:2, :]), {}, "asks at a 2×1 matrix"),
+    (lambda s, z, h: 1 / 0, {}, "could not be evaluated with symbols .ZeroDivision"),
+    (lambda s, z, h: z + h * s.g(z), {}, "asks for what is not there"),
+    (lambda s, z, h: z + sympy.Symbol("q") * s.f(z), {}, "the unknown symbol q"),
+    (lambda s, z, Z, h: z - h * s.f(z), {"implicit": True}, "does not determine the new Z"),
+    (lambda s, z, h, K: z, {"stages": 1}, r"return Z, \[1 residuals\]"),
+    (lambda s, z, h, K: (z, [z]), {"stages": 1}, "does not determine its stages"),
+    (lambda s, z, h: ["a"] * 4, {}, "is the text 'a'"),
+    (lambda s, z, h: z + h * s.f(z).jacobian(z) * s.f(z), {}, "s.df is the derivative of s.f"),
+    (lambda s, z, h: z + h * s.f(z).subs(z[0], 1), {}, "ask s again, at the other state"),
+])  # fmt: skip
 def test_wrong_maps_say_so_in_one_sentence(formula, how, said):
     with pytest.raises(BadInput, match=said) as caught:
         wrong(formula, **how)

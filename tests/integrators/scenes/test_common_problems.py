@@ -15,14 +15,11 @@ SLOW = {"argon", "pleiades", "water"}  # whose references take seconds
 
 
 @pytest.mark.dear(but=("mathews",))
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(n, marks=pytest.mark.slow if n in SLOW else ())
-        for n in COMMON
-        if n != "pythagorean"
-    ],
-)
+@pytest.mark.parametrize("name", [
+    pytest.param(n, marks=pytest.mark.slow if n in SLOW else ())
+    for n in COMMON
+    if n != "pythagorean"
+])  # fmt: skip
 def test_the_reference_and_a_run_agree(name):
     """By Gauss collocation with three nodes, in a tenth of the duration; momenta are kept.
 

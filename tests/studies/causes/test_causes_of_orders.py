@@ -69,7 +69,7 @@ def order(scene, rule, digits=30, fault=None, steps=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("scene", ["kepler", "heavy-top"])
 def test_a_wrong_discrete_lagrangian_is_told_with_its_own_order(scene):
     found = cause(order(scene, spoiled))
     assert found["cause"] == "discrete Lagrangian"
@@ -78,7 +78,7 @@ def test_a_wrong_discrete_lagrangian_is_told_with_its_own_order(scene):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("scene", ["kepler", "heavy-top"])
 def test_a_gauge_term_moves_the_momenta_alone(scene):
     found = cause(order(scene, start_only))
     assert found["cause"] == "gauge"
@@ -86,20 +86,17 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("formula", "mean"),
-    [
-        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u), "1/3"),
-        (lambda L, G, x, u, h: h * (L(x, u) + 2 * L(x + h * u, u)) / 3, "2/3"),
-        (lambda L, G, x, u, h: h * L(G.target(x, u, 0.4 * h), u), "2/5"),
-        (lambda L, G, x, u, h: h * L(G.target(x, u, h / sympy.sqrt(3)), u), "0.5774"),
-        (lambda L, G, x, u, h: 0.3 * h * L(x, u) + 0.7 * h * L(G.target(x, u, h), u), "7/10"),
-        (midpoint.formula, "1/2"),
-        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u) / 2, ""),
-        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), 2 * u), ""),
-        (spoiled.formula, ""),
-    ],
-)
+@pytest.mark.parametrize(("formula", "mean"), [
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u), "1/3"),
+    (lambda L, G, x, u, h: h * (L(x, u) + 2 * L(x + h * u, u)) / 3, "2/3"),
+    (lambda L, G, x, u, h: h * L(G.target(x, u, 0.4 * h), u), "2/5"),
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / sympy.sqrt(3)), u), "0.5774"),
+    (lambda L, G, x, u, h: 0.3 * h * L(x, u) + 0.7 * h * L(G.target(x, u, h), u), "7/10"),
+    (midpoint.formula, "1/2"),
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u) / 2, ""),
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), 2 * u), ""),
+    (spoiled.formula, ""),
+])  # fmt: skip
 def test_the_mean_of_the_points_is_told_of_weighted_sums_on_the_straight_step(formula, mean):
     assert mean_of_points(Scheme(scenes.get("kepler"), discretisation(name="r")(formula))) == mean
 

@@ -73,13 +73,10 @@ def test_the_later_tables_are_read_whole():
     "programs.py:lower",
     "programs.py:rounded",
 )
-@pytest.mark.parametrize(
-    ("words", "answer"),
-    [
-        pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
-        for _, words, answer, slow in in_turn(SECOND)
-    ],
-)
+@pytest.mark.parametrize(("words", "answer"), [
+    pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
+    for _, words, answer, slow in in_turn(SECOND)
+])  # fmt: skip
 def test_an_attack_has_the_answer_of_the_second_table(words, answer, monkeypatch):
     monkeypatch.chdir(ROOT / "docs/attacks")
     assert RERUN["answer_of"](words) == answer

@@ -22,10 +22,8 @@ def found_with(name, monkeypatch, wrong, digits=16):
 
 
 @pytest.mark.slow
-@pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize("name", ["cartesian-pendulum", "suslov", "knife-edge"])
 @pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.sampled
 def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
     found = found_with(name, monkeypatch, {}, digits)
     assert found["verdict"] == "pass"
@@ -33,18 +31,14 @@ def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.dear("knife-edge")
-@pytest.mark.parametrize(
-    ("name", "wrong"),
-    [
-        ("cartesian-pendulum", {"constraint": lambda s, value: value.applyfunc(
-            lambda e: e + s.h**3 / 1000)}),  # the base beside the constraint
-        ("suslov", {"constraint_matrix": lambda s, value: value.applyfunc(
-            lambda e: e + sympy.Rational(1, 1000))}),  # another direction is forbidden
-        ("knife-edge", {"constraint_matrix": lambda s, value: value.applyfunc(
-            lambda e: e + sympy.Rational(1, 1000))}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "wrong"), [
+    ("cartesian-pendulum", {"constraint": lambda s, value: value.applyfunc(
+        lambda e: e + s.h**3 / 1000)}),  # the base beside the constraint
+    ("suslov", {"constraint_matrix": lambda s, value: value.applyfunc(
+        lambda e: e + sympy.Rational(1, 1000))}),  # another direction is forbidden
+    ("knife-edge", {"constraint_matrix": lambda s, value: value.applyfunc(
+        lambda e: e + sympy.Rational(1, 1000))}),
+])  # fmt: skip
 def test_rows_beside_the_constraint_are_caught(name, wrong, monkeypatch):
     found = found_with(name, monkeypatch, wrong)
     assert found["verdict"] == "fail"
@@ -117,10 +111,7 @@ def momentum(name, *quantities, rule="midpoint", **more):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "rule",
-    ["midpoint", *(pytest.param(r, marks=pytest.mark.slow) for r in ("rectangle", "trapezoidal"))],
-)
+@pytest.mark.parametrize("rule", ["midpoint", "rectangle", "trapezoidal"])
 def test_a_nonholonomic_momentum_obeys_its_equation(rule):
     """Gravity moves it, so does the turning of its section, and a force its part."""
 
@@ -146,13 +137,10 @@ def test_a_wrong_reaction_breaks_the_momentum_equation(monkeypatch):
 
 
 @pytest.mark.dear(but=("not linear",))
-@pytest.mark.parametrize(
-    ("formula", "said"),
-    [
-        (lambda x, mu, p: mu[0], "the constraints do not allow"),
-        (lambda x, mu, p: mu[2] ** 2, "not linear"),
-    ],
-)
+@pytest.mark.parametrize(("formula", "said"), [
+    (lambda x, mu, p: mu[0], "the constraints do not allow"),
+    (lambda x, mu, p: mu[2] ** 2, "not linear"),
+])  # fmt: skip
 def test_what_is_no_nonholonomic_momentum_is_refused_in_a_sentence(formula, said):
     wrong = Conserved("wrong", formula, kind="nonholonomic momentum")
     found = momentum("refused", wrong)

@@ -7,16 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from discmech import (
-    BadInput,
-    Conserved,
-    Scene,
-    Scheme,
-    StepFailure,
-    black_box,
-    pair,
-    scenes,
-)
+from discmech import BadInput, Conserved, Scene, Scheme, StepFailure, black_box, pair, scenes
 from discmech.integrators import rules
 from discmech.studies.core.claims import claiming
 from discmech.studies.evidence.laws import ENERGY, worst_departure

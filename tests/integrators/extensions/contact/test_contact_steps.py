@@ -18,16 +18,13 @@ from tests.integrators.extensions.contact.motions import BALL, run, scheme
 
 
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
-@pytest.mark.parametrize(
-    "name",
-    [
-        "falling-stick",
-        "wedge-billiard",
-        "beads",
-        "impacting-double-pendulum",
-        pytest.param("tumbling-box", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("name", [
+    "falling-stick",
+    "wedge-billiard",
+    "beads",
+    "impacting-double-pendulum",
+    pytest.param("tumbling-box", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_the_laws_of_contact_hold(name, impacts):
     found = run(name, scenes.get(name).step, 60, impacts)
     laws = defects(scheme(name), found, 16)
@@ -114,7 +111,6 @@ def test_rows_and_starts():
 
 
 @pytest.mark.slow
-@pytest.mark.dear("stepped")
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 def test_a_run_goes_on_from_any_of_its_rows(impacts):
     """At rest φ is a round-off of where it came from, of either sign: no start inside."""
@@ -158,7 +154,6 @@ def test_impacts_gain_no_energy_where_the_momentum_is_not_affine_in_the_velocity
 
 
 @pytest.mark.slow
-@pytest.mark.sampled
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 @pytest.mark.parametrize("rule", ["midpoint", "rectangle"])
 def test_what_lands_slides_on_whatever_its_kinetic_energy_is(rule, impacts):
@@ -176,7 +171,7 @@ def test_what_lands_slides_on_whatever_its_kinetic_energy_is(rule, impacts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("power", [-10, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("power", [-10, 10])
 def test_contact_in_other_units_of_length(power):
     """Of 1e-10 and 1e10 m: an angle stands beside lengths."""
     unit = Rational(10) ** power

@@ -178,7 +178,7 @@ def test_the_costate_by_two_stages_is_the_gradient_too():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [
-    "low-thrust-transfer", pytest.param("upright-top", marks=pytest.mark.slow),
+    "low-thrust-transfer", "upright-top",
 ])  # fmt: skip
 def test_the_map_of_states_and_costates_is_symplectic(name):
     """Its derivative by differences of solved steps keeps dz ∧ dp, which ℒ generates."""

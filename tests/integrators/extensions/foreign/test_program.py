@@ -184,7 +184,6 @@ open("pids", "w").write(f"{os.getpid()} {child.pid}")
 
 
 @pytest.mark.slow
-@pytest.mark.dear("[exit", "[terminate")
 @pytest.mark.parametrize("end", ["exit", "error", "interrupt", "kill", "terminate"])
 def test_no_process_is_left(made, tmp_path, end):
     made("time.sleep(300) if asked['scene'] == 'kepler' else say(json.dumps(rows(asked)))", BUSY)
