@@ -65,12 +65,6 @@ def baseline_folder() -> Path | None:
     return _named("discmech-baselines", "XDG_DATA_HOME", ".local/share")
 
 
-def earlier_folder() -> Path | None:
-    """Return where earlier versions had their cache, without a mark: it is read, never cleaned."""
-    name = "" if os.environ.get("DISCMECH_CACHE") else "discmech"
-    return _named(name, "XDG_CACHE_HOME", ".cache")
-
-
 def settle() -> None:
     """Make the folder that the environment names absolute: a user's file may go to another one."""
     if named := os.environ.get("DISCMECH_CACHE"):

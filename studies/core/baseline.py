@@ -16,19 +16,17 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from discmech.integrators import BadInput
 from discmech.integrators.compiler import Damaged, seal, unsealed
 from discmech.integrators.errors import CouldNotRun, shown
-from discmech.integrators.places import baseline_folder, earlier_folder, make_private
+from discmech.integrators.places import baseline_folder, make_private
 
 from .outcome import VERDICTS
 from .records import Json
 from .result import SCHEMA, AnyResult, StudyResult, study_result_of
-from .store import earlier_stores, rows_in
 
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
 #: eight scenes timed again six times, by one process or two, without any change, on cores that
@@ -102,19 +100,20 @@ def save(name: str, result: StudyResult) -> Path:
 def load(name: str, study: str) -> StudyResult | None:
     """Return the result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a file that differs from what `save` wrote, is of another version, or may
-    be in a file that is not read: it is no missing one.
+    Raises `BadInput` for a file that differs from what `save` wrote, or is of another version: it
+    is no missing one.
     """
     path, anew = _file(name, study), "save it anew with --save-baseline."
     _replaceable(path)
-    text = unsealed(path)
-    found: Json | None = _of_earlier(name, study) if text is None else json.loads(text)
-    if found is not None and found.get("schema") != SCHEMA:
+    if (text := unsealed(path)) is None:
+        return None
+    found: Json = json.loads(text)
+    if found.get("schema") != SCHEMA:
         raise BadInput(
             f"the baseline {name} of {study} is of another version of discmech (schema "
             f"{found.get('schema')}, here {SCHEMA}; {path}): {anew}"
         )
-    return None if found is None else study_result_of(found)
+    return study_result_of(found)
 
 
 def _file(name: str, study: str) -> Path:
@@ -138,32 +137,6 @@ def _replaceable(path: Path) -> None:
     raise BadInput(
         f"the baseline {path} {why}: move it away, and save it anew with --save-baseline."
     )
-
-
-def _of_earlier(name: str, study: str) -> Json | None:
-    """Return a baseline that an earlier version saved, now saved as its own file; None without."""
-    folder, lost = earlier_folder(), list[Path]()
-    for store in earlier_stores():
-        try:
-            rows, intact = rows_in(store)
-        except OSError:
-            rows, intact = [], False
-        for kind, row, _, _, content in rows:
-            if (kind, row) == ("baseline", f"{name}/{study}"):
-                found: Json = json.loads(content)
-                with suppress(OSError):
-                    seal(_file(name, study), content)
-                return found
-        if not intact and "-" not in store.name:  # of one put aside, what is whole was kept
-            lost.append(store)
-    if folder and (older := folder / "baselines" / name / f"{study}.json").exists():
-        lost.append(older)
-    if lost:
-        raise BadInput(
-            f"the baseline {name} of {study} may be in {lost[0]}, which an earlier version of "
-            "discmech wrote and which cannot be read: save it anew with --save-baseline."
-        )
-    return None
 
 
 def compared(name: str, result: StudyResult, before: StudyResult) -> Comparison:

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 from discmech.integrators.places import (
     cache_folder,
     cache_folders,
-    earlier_folder,
     make_private,
     of_others,
     refuse_others,
@@ -174,7 +173,7 @@ class Store:
 
     def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
         """Return the rows that a query finds in a file; [] without a readable file."""
-        if not path.exists() and not (path == self.path and earlier_stores()):
+        if not path.exists():
             return []
         for again in (True, False):
             try:
@@ -243,7 +242,7 @@ class Store:
         return file
 
     def _begin(self, file: sqlite3.Connection) -> None:
-        """Make the table in an empty file, with what an earlier version kept for good."""
+        """Make the table in an empty file."""
         file.execute("PRAGMA busy_timeout = 0")
         with suppress(sqlite3.OperationalError):  # another process is doing it
             file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
@@ -251,8 +250,6 @@ class Store:
         with file:
             file.execute("BEGIN IMMEDIATE")
             file.execute(_TABLE.replace("TABLE", "TABLE IF NOT EXISTS"))
-            for old in earlier_stores():
-                file.executemany(_WRITE, [row for row in rows_in(old)[0] if row[0] in LASTING])
             file.execute(f"PRAGMA user_version = {VERSION}")
 
     def _put_aside(self, path: Path, why: str) -> None:
@@ -274,7 +271,7 @@ class Store:
         self.troubles["aside"] = f"{told}."
         if why == "damaged":
             try:
-                if rows := rows_in(aside)[0]:
+                if rows := rows_in(aside):
                     self._write(_WRITE, *rows)
                 kept = (
                     f"{len(rows) or 'none'} of its results are whole{', and kept' if rows else ''}"
@@ -344,15 +341,14 @@ def _text(found: bytes) -> str:
     return found.decode(errors="replace")
 
 
-def rows_in(path: Path) -> tuple[list[tuple[Any, ...]], bool]:
-    """Return the whole rows of a store, and False if anything in it is damaged or of others.
+def rows_in(path: Path) -> list[tuple[Any, ...]]:
+    """Return the whole rows of a store; none of one that others could have written.
 
     A copy is read, from both of its ends: the file stays as it is. Raises `OSError` without room.
     """
     rows: dict[tuple[str, str], tuple[Any, ...]] = {}
     if _of_others(path):
-        return [], False
-    intact = True
+        return []
     with TemporaryDirectory() as folder:
         copy = Path(folder) / "copy"
         for end in ("", "-wal", "-journal"):
@@ -360,30 +356,13 @@ def rows_in(path: Path) -> tuple[list[tuple[Any, ...]], bool]:
                 shutil.copyfile(path.with_name(path.name + end), f"{copy}{end}")
         for order in ("ASC", "DESC"):
             asked = f"SELECT kind, name, used, seal, content FROM entry ORDER BY rowid {order}"
-            try:
-                with closing(sqlite3.connect(copy)) as file:
-                    file.text_factory = _text
-                    for kind, name, used, seal, content in file.execute(asked):
-                        try:
-                            _checked(kind, name, seal, content)
-                            rows[kind, name] = kind, name, used, seal, content
-                        except Damaged:
-                            intact = False
-            except _TROUBLES as error:
-                intact = intact and "no such table" in str(error)  # it never was a store
-    return list(rows.values()), intact
-
-
-def earlier_stores() -> list[Path]:
-    """Return the stores of earlier versions, which had them elsewhere, with baselines.
-
-    That in use is first, then those that were put aside.
-    """
-    if (folder := earlier_folder()) is None:
-        return []
-    path = _file_of(folder)
-    names = path.name, "store-damaged-*.sqlite", "store-version-*.sqlite"
-    return [file for name in names for file in sorted(path.parent.glob(name)) if file.is_file()]
+            with suppress(*_TROUBLES), closing(sqlite3.connect(copy)) as file:
+                file.text_factory = _text
+                for kind, name, used, seal, content in file.execute(asked):
+                    with suppress(Damaged):
+                        _checked(kind, name, seal, content)
+                        rows[kind, name] = kind, name, used, seal, content
+    return list(rows.values())
 
 
 def _file_of(folder: Path) -> Path:

@@ -12,15 +12,13 @@ from tests.foreign_files import check_untouched, files_in, foreign_files
 NAMED = "DISCMECH_CACHE", "XDG_CACHE_HOME", "XDG_DATA_HOME"
 
 
-@pytest.mark.parametrize(("named", "cache", "baselines", "earlier"), [
-    ({}, ".cache/discmech-cache", ".local/share/discmech-baselines", ".cache/discmech"),
-    ({"XDG_CACHE_HOME": "c", "XDG_DATA_HOME": "d"},
-     "c/discmech-cache", "d/discmech-baselines", "c/discmech"),
+@pytest.mark.parametrize(("named", "cache", "baselines"), [
+    ({}, ".cache/discmech-cache", ".local/share/discmech-baselines"),
+    ({"XDG_CACHE_HOME": "c", "XDG_DATA_HOME": "d"}, "c/discmech-cache", "d/discmech-baselines"),
     ({"XDG_CACHE_HOME": "c", "DISCMECH_CACHE": "own"},
-     "own/discmech-cache", "own/discmech-baselines", "own"),
+     "own/discmech-cache", "own/discmech-baselines"),
 ])  # fmt: skip
-def test_they_lie_where_the_environment_says(tmp_path, monkeypatch, named, cache, baselines,
-                                             earlier):  # fmt: skip
+def test_they_lie_where_the_environment_says(tmp_path, monkeypatch, named, cache, baselines):
     monkeypatch.setenv("HOME", str(tmp_path))
     for name in NAMED:
         monkeypatch.delenv(name, raising=False)
@@ -29,7 +27,6 @@ def test_they_lie_where_the_environment_says(tmp_path, monkeypatch, named, cache
     assert places.cache_folder() == tmp_path / cache and not places.is_temporary()
     assert (tmp_path / cache).stat().st_mode & 0o777 == 0o700
     assert places.baseline_folder() == tmp_path / baselines
-    assert places.earlier_folder() == tmp_path / earlier
     assert os.listdir(tmp_path / cache) == [places.TAG]
 
 

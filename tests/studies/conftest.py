@@ -18,9 +18,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Results are kept in the test's folder; compiled kernels stay shared."""
     folder = tmp_path / "cache" / "discmech-cache"
     folder.mkdir(parents=True)
-    for name, place in {"store.cache": folder, "store.earlier": tmp_path / "earlier",
-                        "baseline.earlier": tmp_path / "earlier",
-                        "baseline.baseline": tmp_path / "baselines"}.items():  # fmt: skip
+    for name, place in {"store.cache": folder, "baseline.baseline": tmp_path / "baselines"}.items():
         monkeypatch.setattr(f"discmech.studies.core.{name}_folder", lambda place=place: place)
 
 

@@ -1,11 +1,8 @@
 """A baseline says what became worse, better, or cannot be told, and never calls noise a change."""
 
 import errno
-import json
 import os
 import shutil
-import sqlite3
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 
@@ -13,8 +10,7 @@ import pytest
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
-from discmech.studies.core import baseline, store
-from tests.foreign_files import check_untouched, files_in
+from discmech.studies.core import baseline
 from tests.studies.as_json import read
 
 
@@ -145,16 +141,6 @@ def test_a_cleared_cache_takes_no_baseline_along(tmp_path):
     assert baseline.load("b", "order") == result(case())
 
 
-def test_a_file_of_an_older_version_is_named(tmp_path):
-    old = tmp_path / "earlier" / "baselines" / "b" / "order.json"
-    old.parent.mkdir(parents=True)
-    old.write_text("{}")
-    with pytest.raises(BadInput, match="an earlier version of discmech wrote and which cannot be"):
-        baseline.load("b", "order")
-    baseline.save("b", result(case()))
-    assert baseline.load("b", "order") == result(case()) and old.read_text() == "{}"
-
-
 def test_one_of_another_schema_is_refused():
     baseline.save("b", replace(result(case()), schema=baseline.SCHEMA + 1))
     with pytest.raises(BadInput, match="another version of discmech"):
@@ -202,45 +188,3 @@ def test_from_the_command_line(ask):
     save(command=f"{one.command} and more")
     assert ask(*words)[0] == 2  # of other cases
     assert ask(*words[:-1], "../x")[0] == 2
-
-
-@pytest.fixture
-def of_before(tmp_path):
-    """The store of an earlier version, which had its baselines, in the place that it had."""
-    folder = tmp_path / "earlier" / "results"
-    folder.mkdir(parents=True)
-    with closing(sqlite3.connect(folder / "store.sqlite")) as file, file:
-        file.execute(store._TABLE)
-        for name in ("one", "two"):
-            text = json.dumps(result(case(name)).to_json())
-            seal = store._seal("baseline", f"{name}/order", text)
-            file.execute(store._WRITE, ("baseline", f"{name}/order", 0.0, seal, text))
-        file.execute("PRAGMA user_version = 1")
-    return folder / "store.sqlite"
-
-
-@pytest.mark.parametrize("name", ["store.sqlite", "store-damaged-1.sqlite",
-                                  "store-version-99-1.sqlite"])  # fmt: skip
-def test_one_of_an_earlier_version_is_found_and_kept(of_before, name):
-    path = of_before.rename(of_before.with_name(name))
-    before = files_in(path.parent)
-    assert baseline.load("one", "order") == result(case("one"))
-    assert baseline.load("three", "order") is None
-    check_untouched(path.parent, before)
-    path.unlink()
-    assert baseline.load("one", "order") == result(case("one"))  # from a file of its own now
-    assert baseline.load("two", "order") is None
-
-
-@pytest.mark.parametrize("harm", [
-    lambda path: path.write_bytes(path.read_bytes()[:3000]),
-    lambda path: path.write_bytes(b"no store" * 999),
-    lambda path: path.write_bytes(path.read_bytes().replace(b'"pass"', b'"fail"')),
-], ids=["cut off", "overwritten", "changed"])  # fmt: skip
-def test_one_in_a_store_that_cannot_be_read_is_no_missing_one(of_before, harm):
-    """Otherwise a worse result would take its place, and pass."""
-    harm(of_before)
-    with pytest.raises(BadInput, match=r"may be in .*store.sqlite.* cannot be read: save it anew"):
-        baseline.load("one", "order")
-    baseline.save("one", result(case()))
-    assert baseline.load("one", "order") == result(case())

@@ -24,7 +24,7 @@ from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
 from discmech.studies.core.store import Store
 from discmech.studies.core.study import Study
-from tests.foreign_files import check_untouched, files_in, foreign_files
+from tests.foreign_files import check_untouched, foreign_files
 from tests.kill_points import json_of
 from tests.studies.as_json import read, run_study
 
@@ -201,25 +201,6 @@ def test_files_of_others_stay_beside_the_store(study, tmp_path, days):
     (cache / "results" / "store.sqlite").write_bytes(b"no database" * 999)
     study()
     check_untouched(cache, before)
-
-
-@pytest.mark.parametrize("is_ours", [True, False])
-@pytest.mark.parametrize("days", [0, 1000])
-def test_a_store_of_before_is_read_and_stays_as_it_is(tmp_path, monkeypatch, days, is_ours):
-    """It had another place, where now anybody's files may have its name."""
-    earlier = tmp_path / "earlier"
-    foreign_files(earlier, days)
-    if is_ours:
-        for path in (earlier / "results").glob("store.sqlite*"):
-            path.unlink()
-        with monkeypatch.context() as patch:
-            patch.setattr("discmech.studies.core.store.cache_folder", lambda: earlier)
-            old = Store()
-            old.keep("run", "1", {"is": "kept"})  # in a journal that was never closed
-    before = files_in(earlier)
-    assert [run for _, run, _ in Store().all("run")] == [{"is": "kept"}] * is_ours
-    check_untouched(earlier, before)
-    assert set(files_in(earlier)) == set(before)
 
 
 def test_after_any_flipped_bit_the_store_is_read_and_written():
