@@ -13,7 +13,6 @@ from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
 from ..core.study import every_study
-from .options import add_fresh
 from .output import console, progress_shown, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
@@ -23,7 +22,7 @@ def add_to(commands: Any) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "reference",
-        help="certified digits of a scene; frozen tables, published digits, costs",
+        help="certified digits of a scene; frozen tables, published digits",
         epilog="Exit codes: 0 all requested digits are certain, 1 --check finds a table "
         "wrong or damaged, 2 bad input, 3 fewer digits are certain.",
     )
@@ -49,9 +48,6 @@ def add_to(commands: Any) -> None:
         help="the number of correct published digits; scd, significant correct digits, is "
         "-log10 of the largest relative error of the numbers",
     )
-    others.add_argument("--costs", action="store_true", help="cost against digits and against time")
-    add_fresh(parser)
-    parser.add_argument("--folder", help="write a page with the figure of --costs into this folder")
     parser.set_defaults(action=_reference)
 
 
@@ -59,15 +55,12 @@ def _reference(options: argparse.Namespace) -> int:
     from discmech.reference import ReferenceFailure
     from discmech.reference.failures import Damaged, Uncertain, WrongDigits
 
-    modes = (options.rebuild, options.check, options.published, options.costs)
-    if bool(options.scene) == any(modes):
-        raise BadInput("name one SCENE, or ask for --rebuild, --check, --published or --costs.")
+    if bool(options.scene) == bool(options.rebuild or options.check or options.published):
+        raise BadInput("name one SCENE, or ask for --rebuild, --check or --published.")
     try:
         if options.rebuild or options.check:
             return _tables(options)
-        if options.published:
-            return _published(options)
-        return _costs(options) if options.costs else _one(options)
+        return _published(options) if options.published else _one(options)
     except (WrongDigits, Uncertain) as failure:
         print(f"discmech: {failure}")
         return FAIL if isinstance(failure, WrongDigits) else INCONCLUSIVE
@@ -184,14 +177,3 @@ def _published(options: argparse.Namespace) -> int:
         console().print(rich_table(title, heads, lines, numbers=("scd",)))
         console().print("scd: significant correct digits, -log10 of the largest relative error")
     return PASS
-
-
-def _costs(options: argparse.Namespace) -> int:
-    """Run `discmech references --thorough`, the new name of this command."""
-    from .studying import run
-
-    asked = every_study()["references"].options
-    given = {"study": "references", "own": asked, "thorough": True, "labels": [], "style": None,
-             "scenes": [], "rules": [], "retraction": [], "steps": None, "jobs": None,
-             "scheduler": None, "baseline": None, "save_baseline": None, "vary": None}  # fmt: skip
-    return run(argparse.Namespace(**{**vars(options), **given, "digits": []}))

@@ -65,7 +65,7 @@ def test_no_output_replaces_a_file_of_somebody_else(ask, folder, words, option):
 
 
 @pytest.mark.parametrize("words", [("order", *STUDY), ("report", *STUDY),
-                                   ("reference", "--costs")])  # fmt: skip
+                                   ("references",)])  # fmt: skip
 def test_nor_does_a_page(ask, folder, words):
     before = foreign_files(folder, 1000)
     code, _, said = ask(*words, "--folder", ".")

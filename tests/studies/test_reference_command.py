@@ -167,7 +167,8 @@ def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
     for name, values in (("DIGITS", (15, 40)), ("TIMES", (1, 2))):
         monkeypatch.setattr(costs, name, values)
     file, folder = tmp_path / "costs.json", tmp_path / "page"
-    code, out, _ = ask(capsys, "--costs", "--folder", str(folder), "--json", str(file))
+    code = main(["references", "--folder", str(folder), "--json", str(file)])
+    out = capsys.readouterr().out
     assert code == 0 and "Seconds grow like digits^" in out
     found = json.loads(file.read_text(encoding="utf-8"))
     assert found["verdict"] == "pass" and len(found["cases"]) == 4
