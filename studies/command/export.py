@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators import BadInput
 
 from ..core import lookup
-from ..core.options import digits_in
+from ..core.options import digits_in, option_words
 from ..core.outcome import worst
 from .options import RULE_HELP, scene_asked
 from .output import EXIT, progress_shown, write
@@ -105,7 +105,6 @@ def _of_cost(own: float, original: float) -> str:
 
 
 def _typed(options: argparse.Namespace) -> str:
-    words = ["discmech", "export", options.scene, options.rule, "--language", options.language]
-    words += ["--retraction", options.retraction] if options.retraction else []
-    words += ["--harness"] if options.harness else []
-    return shlex.join(words)
+    given = {"--language": options.language, "--retraction": options.retraction,
+             "--harness": options.harness}  # fmt: skip
+    return shlex.join(["discmech", "export", options.scene, options.rule, *option_words(given)])

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators.errors import BadInput
 
 from ..core import lookup
-from ..core.options import digits_in, whole
+from ..core.options import digits_in, option_words, whole
 from .options import RULE_HELP, scene_asked
 from .output import EXIT, progress_shown, write_json
 
@@ -74,8 +74,8 @@ def _modified(options: argparse.Namespace) -> int:
         verdict = Verdict("pass", f"{reason}. {verdict.reason}", {"not_demanded": reason})
     slopes = {f"through h^{j}": _last(found, j) for j in range(order + 1)}
     if options.json:
-        words = ["discmech", "modified", scheme.scene.name, rule, "--order", str(order)]
-        words += ["--retraction", options.retraction] if options.retraction else []
+        words = option_words({"--order": order, "--retraction": options.retraction})
+        words = ["discmech", "modified", scheme.scene.name, rule, *words]
         case = {
             "scene": scheme.scene.name, "rule": scheme.rule.name,
             "retraction": scheme.scene.groupoid.retraction, "digits": digits,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput, retractions
 
 from ..core import lookup
 from ..core.environment import absolute
-from ..core.options import Option, digits_in, values_of, whole
+from ..core.options import Option, digits_in, option_words, values_of, whole
 
 if TYPE_CHECKING:
     from discmech.integrators import Scene
@@ -167,11 +167,6 @@ def own_of(options: argparse.Namespace) -> tuple[tuple[str, Any], ...]:
     return tuple(asked)
 
 
-def own_words(options: argparse.Namespace) -> list[str]:
-    """Return the words that repeat a study's own options."""
-    return [word for option in options.own for word in option.words(getattr(options, option.name))]
-
-
 def jobs(options: argparse.Namespace) -> int | Cluster | None:
     """Return the number of processes, None for one per core, or the workers of a cluster."""
     if options.scheduler is not None:
@@ -196,24 +191,18 @@ def scene_asked(options: argparse.Namespace, lattices: bool = False) -> Scene:
 
 def page_of(options: argparse.Namespace, command: str) -> str:
     """Return the command that makes the page again, with its folder and the look of its figures."""
-    words = ["--bench"] if getattr(options, "bench", False) else []
-    words += ["--folder", options.folder] if options.folder else []
-    words += [word for label in options.labels for word in ("--label", label)]
-    words += ["--style", options.style] if options.style else []
-    return " ".join([command, *map(shlex.quote, words)])
+    given = {
+        "--bench": getattr(options, "bench", False), "--folder": options.folder,
+        "--label": options.labels, "--style": options.style,
+    }  # fmt: skip
+    return " ".join([command, *map(shlex.quote, option_words(given))])
 
 
 def as_typed(options: argparse.Namespace) -> str:
     """Return the command that asks for the same again."""
-    words = (options.study, *options.scenes)
-    varied = [] if options.vary is None else [options.vary]
-    given = {"--rule": options.rules, "--vary": varied, "--retraction": options.retraction}
-    return typed(words, given | {"--digits": options.digits}, own_words(options), options.steps)
-
-
-def typed(
-    words: Iterable[str], given: Mapping[str, Sequence[str]], own: Sequence[str], steps: str | None
-) -> str:
-    """Return a command with its words, options that may be repeated, others and --steps."""
-    parts = [word for flag, values in given.items() for value in values for word in (flag, value)]
-    return shlex.join(["discmech", *words, *parts, *own, *(["--steps", steps] if steps else [])])
+    own = {option.flag: getattr(options, option.name) for option in options.own}
+    given = {
+        "--rule": options.rules, "--vary": options.vary, "--retraction": options.retraction,
+        "--digits": options.digits, **own, "--steps": options.steps,
+    }  # fmt: skip
+    return shlex.join(["discmech", options.study, *options.scenes, *option_words(given)])

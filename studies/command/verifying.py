@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators import BadInput, retractions
 
 from ..core.environment import absolute
-from ..core.options import digits_in, values_of, whole
+from ..core.options import digits_in, option_words, values_of, whole
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
-from .options import RULE_HELP, add_folder, add_numbers, jobs, look_of, page_of, typed
+from .options import RULE_HELP, add_folder, add_numbers, jobs, look_of, page_of
 from .output import EXIT, console, exit_code, progress_shown, write, write_result
 
 if TYPE_CHECKING:
@@ -160,14 +160,11 @@ def _show_stopped(name: str, done: Sequence[AnyResult], stop: KeyboardInterrupt)
 def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     """Return the command again, with these studies."""
     given = {
-        "--scene": options.scenes,
-        "--vary": [options.vary] if options.vary else [],
-        "--retraction": options.retraction,
-        "--study": studies,
-        "--digits": options.digits,
-    }
-    own = ["--all"] if options.all else []
-    return typed((options.name, *options.rules), given, own, options.steps)
+        "--scene": options.scenes, "--vary": options.vary, "--retraction": options.retraction,
+        "--study": studies, "--digits": options.digits, "--all": options.all,
+        "--steps": options.steps,
+    }  # fmt: skip
+    return shlex.join(["discmech", options.name, *options.rules, *option_words(given)])
 
 
 def _write_pages(
@@ -189,8 +186,8 @@ def _write_pages(
     asked = {"verify": "{} verified", "compare": "{} compared"}[result.study]
     title = asked.format(", ".join(Path(word).name for word in request.files))
     page = About(title, methods=about_methods(pairs))
-    html = f" --html {shlex.quote(options.html)}" if options.html else ""
-    command = page_of(options, result.command + html)
+    html = option_words({"--html": options.html})
+    command = page_of(options, " ".join([result.command, *map(shlex.quote, html)]))
     if options.html:
         write(options.html, lone_page(studies, described, command, tables, page, look))
     if not options.folder:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NoReturn
@@ -28,13 +28,21 @@ class Option:
         """The key of its value in `Choice.own`."""
         return self.flag.strip("-")
 
-    def words(self, value: Any) -> list[str]:
-        """Return the words of a command that give it this value; none for its default."""
-        if self.metavar is None:
-            return [self.flag] if value else []
-        values = value if self.repeated else () if value is None else (value,)
-        texts = (f"{v:g}" if isinstance(v, float) else str(v) for v in values or ())
-        return [word for text in texts for word in (self.flag, text)]
+
+def option_words(given: Mapping[str, Any]) -> list[str]:
+    """Return the words of a command that give these values to options, by their flags.
+
+    True stands for a switch, a list for an option that is repeated; None, False and an empty word
+    leave one out.
+    """
+    words: list[str] = []
+    for flag, value in given.items():
+        for each in value if isinstance(value, list | tuple) else [value]:
+            if each is True:
+                words.append(flag)
+            elif each is not None and each is not False and each != "":
+                words += [flag, f"{each:g}" if isinstance(each, float) else str(each)]
+    return words
 
 
 def refuse(sentence: str) -> NoReturn:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +13,7 @@ from discmech.integrators.errors import arguments_checked, shown
 
 from ..core import lookup, words
 from ..core.case import Choice
-from ..core.options import digits_in, listed, whole
+from ..core.options import digits_in, listed, option_words, whole
 from ..core.result import study_result_of
 from ..core.running import run_study
 from ..core.study import Study, refusal
@@ -66,14 +65,10 @@ def _command(study: Study, chosen: Choice) -> str:
     charts = [name for name in retractions.BUILT_IN if name in used]
     if len(charts) > 1 or not all(map(words.is_found, things)):
         return ""
-    options = [
-        *(("--rule", words.address_of(rule)) for rule in chosen.rules),
-        *(("--retraction", chart) for chart in charts),
-        *(("--digits", str(digits)) for digits in chosen.digits),
-        *([("--steps", str(chosen.steps))] if chosen.steps else []),
-    ]
+    given = {"--rule": [*map(words.address_of, chosen.rules)], "--retraction": charts,
+             "--digits": chosen.digits, "--steps": chosen.steps}  # fmt: skip
     scenes = map(words.address_of, chosen.scenes)
-    return shlex.join(["discmech", word_for_study(study.name), *scenes, *itertools.chain(*options)])
+    return shlex.join(["discmech", word_for_study(study.name), *scenes, *option_words(given)])
 
 
 def _study(thing: Study | str) -> Study:

@@ -15,6 +15,7 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.fingerprint import is_ours
+from ..core.options import option_words
 from ..core.result import StudyResult
 from ..core.study import BY_TOLERANCE
 from ..core.words import address_of
@@ -81,21 +82,21 @@ class Race:
     @property
     def command(self) -> str:
         """The command of this race alone."""
-        own = [w for r in self.choice.rules for w in ("--rule", shlex.quote(address_of(r)))]
-        return self._words(own)
+        return self._command([*map(address_of, self.choice.rules)])
 
     @property
     def settings(self) -> str:
         """The words of the command without its rules; a ratio is to the best of its peers."""
-        return self._words([])
+        return self._command([])
 
-    def _words(self, rules: list[str]) -> str:
-        choice, chart = self.choice, self.scene.groupoid.retraction
-        words = ["discmech", NAME, shlex.quote(address_of(self.scene)), *rules]
-        words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
-        words += [] if choice.steps is None else ["--steps", str(choice.steps)]
-        asked = dict(choice.own) | {"periods": self.periods}
-        return " ".join(words + [w for o in STUDY.options for w in o.words(asked.get(o.name))])
+    def _command(self, rules: list[str]) -> str:
+        chart = self.scene.groupoid.retraction
+        asked = dict(self.choice.own) | {"periods": self.periods}
+        given = {
+            "--rule": rules, "--retraction": chart if chart in retractions.BUILT_IN else None,
+            "--steps": self.choice.steps, **{o.flag: asked.get(o.name) for o in STUDY.options},
+        }  # fmt: skip
+        return shlex.join(["discmech", NAME, address_of(self.scene), *option_words(given)])
 
     @cached_property
     def results(self) -> dict[str, dict[str, Any]]:

@@ -14,9 +14,9 @@ from typing import Any
 from discmech.integrators import scenes
 from discmech.integrators.numbers import first_violation
 from discmech.integrators.scene import Scene
-from discmech.studies.core.units import in_unit_of_action
 
 from .operators import OPERATORS, Operator
+from .units import in_unit_of_action
 
 
 class NoPlace(LookupError):

@@ -23,9 +23,9 @@ from discmech.studies.core.case import Case, Choice, Measurement, Progress, Verd
 from discmech.studies.core.environment import environment
 from discmech.studies.core.fingerprint import text_of_study
 from discmech.studies.core.one_case import asks_more, judged, measured_case, with_more
+from discmech.studies.core.options import option_words
 from discmech.studies.core.study import Study
 
-from . import STUDY
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
@@ -87,8 +87,7 @@ def cases(choice: Choice) -> list[Case]:
     terms of their own size). seed: of the faults' places, of the sample and of the random rules.
     """
     unit, seed = choice.asked("unit", 0), choice.asked("seed", 0)
-    options = tuple(word for option in STUDY.options if option.name in ("unit", "seed")
-                    for word in option.words(choice.asked(option.name)))  # fmt: skip
+    options = tuple(option_words({f"--{e}": choice.asked(e) for e in ("unit", "seed")}))
     faults = [candidate(fault, options) for fault in everything(unit, seed)]
     numbers = () if unit else range(RULES * seed, RULES * (seed + 1))
     valid = [valid_rule(number, options) for number in numbers]

@@ -10,7 +10,7 @@ from discmech.integrators import BadInput, Scheme, mean_multipliers, scenes
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.rules import midpoint
 from discmech.studies import check
-from discmech.studies.core.units import in_unit_of_action
+from discmech.tests.bench.power.units import in_unit_of_action
 from tests.objects import SCENES, exact_parameters, flow, scheme
 
 NONHOLONOMIC = ("suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator")
