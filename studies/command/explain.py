@@ -56,7 +56,7 @@ def explain(scene: Scene | str, rule: Discretisation | str) -> str:
     """
     from discmech.integrators import Scheme
 
-    return explanation(Scheme(lookup.scene(scene), lookup.rule_given(rule)))
+    return explanation(Scheme(lookup.scene(scene), lookup.rule(rule)))
 
 
 def explanation(scheme: Scheme) -> str:

@@ -1,4 +1,4 @@
-"""Rules, scenes and problems of control by the words of a command.
+"""Rules, scenes, problems of control and studies by the words of a command.
 
 A word is a name, FILE.py:NAME, or FILE.py for all in a file. NAME is that of an object, of its
 variable or of a list of objects. FILE.py:NAME:w=1/6 gives a value to a number that a rule leaves
@@ -8,8 +8,10 @@ duration or its step, as pendulum:length=2 does.
 
 from __future__ import annotations
 
+import pickle
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
@@ -26,7 +28,8 @@ from discmech.integrators.numbers import sympy
 from discmech.integrators.rules import METHODS, compose, with_parameters
 
 from .parts import parts_of
-from .userfile import UserFile, load, loaded
+from .study import Study, every_study
+from .userfile import UserFile, load, loaded, word_for_study
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
 _Answer = TypeVar("_Answer")
@@ -66,6 +69,13 @@ def _problem_called(word: str) -> Any:
     return problems.get(word)
 
 
+def _study_called(word: str) -> Study:
+    known = every_study()
+    if word not in known:
+        raise unknown("study", word, [name for name, study in known.items() if study.usual])
+    return known[word]
+
+
 def _problems_in(file: UserFile) -> dict[str, Any]:
     from discmech.integrators import Control
 
@@ -75,6 +85,7 @@ def _problems_in(file: UserFile) -> dict[str, Any]:
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
 SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
 CONTROL = Kind("Control(...)", _problems_in, _problem_called)
+STUDY = Kind("study", lambda file: file.studies, _study_called)
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
 
@@ -137,9 +148,9 @@ def find(kind: Kind, word: str) -> tuple[Any, ...]:
     return (_of_bench(kind, word),)
 
 
-def rule(word: str) -> Discretisation:
-    """Return the one rule of that name; raises `BadInput` if a file has several."""
-    return only(RULE, word)
+def rule(thing: Any) -> Discretisation:
+    """Return a rule, or the one that a word names; raises `BadInput` for anything else."""
+    return _given(thing, Discretisation, RULE)
 
 
 def scene(thing: Scene | str) -> Scene:
@@ -197,15 +208,30 @@ def problem_of(scene: Scene) -> Any:
     return None
 
 
-def rule_given(thing: Any) -> Discretisation:
-    """Return a rule, or the one that a word names; raises `BadInput` for anything else."""
-    return _given(thing, Discretisation, RULE)
-
-
 def scene_given(thing: Any) -> Scene:
     """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
     kinds: Any = (Scene, Lattice)
     return _given(thing, kinds, SCENE)
+
+
+def study_called(word: str) -> Study:
+    """Return the study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
+    study: Study = only(STUDY, word)
+    return study
+
+
+def word_of_study(study: Study) -> str:
+    """Return the word that finds the study in another process.
+
+    Raises `pickle.PicklingError` for one that is in no file and in no package.
+    """
+    word = word_for_study(study.name)
+    with suppress(BadInput):
+        if study_called(word) is study:
+            return word
+    raise pickle.PicklingError(
+        f"the study {study.name} cannot go to another process: write it in a file."
+    )
 
 
 def varied(

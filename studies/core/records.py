@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 Record = TypeVar("Record")
+Key = TypeVar("Key")
+Of = TypeVar("Of")
 Reader = Callable[[Any], Any]
 Json = Mapping[str, Any]
 #: metadata of a field that is left out of JSON while it is None, of one that is never in it, and of
@@ -22,6 +24,14 @@ class AtMost:
     """The expectation of a study that has one limit."""
 
     limit: float | None = None
+
+
+def grouped(things: Iterable[Of], key: Callable[[Of], Key]) -> dict[Key, list[Of]]:
+    """Return the things that have a key in common, by this key, all in the order of their first."""
+    found: dict[Key, list[Of]] = {}
+    for thing in things:
+        found.setdefault(key(thing), []).append(thing)
+    return found
 
 
 def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:

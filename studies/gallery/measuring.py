@@ -8,10 +8,10 @@ from discmech.integrators import StepFailure, scenes
 from discmech.integrators.errors import BadInput
 
 from ..core.case import Case, Progress, silent
-from ..core.clocks import fine_clock
 from ..core.one_case import run_case
 from ..core.study import every_study
 from ..order.limits import tolerance
+from ..work_precision.racing import race
 from .entries import Entry
 
 #: the studies that are run, and the claim that each judges
@@ -20,7 +20,7 @@ ASKED = {
     "reversibility": "reversible",
 }  # fmt: skip
 LONG = 5000  # steps of the runs of energy and momentum: the slowest library takes 1 ms a step
-TIMED = 2000  # steps whose time is measured, after as many
+TIMED = 2000  # steps of the runs that are timed
 DIGITS = 16
 #: a few roundings in each step of a long run, all of one sign
 EXACT = 4 * 2.0**-52 * LONG
@@ -68,16 +68,12 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _seconds(entry: Entry, box: Any, scene: Any) -> float | None:
-    """Return the best of three times of a step, or from row to row; None if the run fails."""
+    """Return the time of a step, or from row to row (`race`); None if the run fails."""
     from discmech.integrators import Scheme
 
-    flow, best, clock = Scheme(scene, box).flow(scene.step), None, fine_clock()
-    for _ in range(4):  # the first run compiles
-        begun = clock()
-        try:
-            flow.trajectory(TIMED, every=1 if entry.own_steps else TIMED)
-        except (StepFailure, BadInput):
-            return None
-        last = (clock() - begun) / TIMED
-        best = last if best is None or last < best else best
-    return best
+    flow, every = Scheme(scene, box).flow(scene.step), 1 if entry.own_steps else TIMED
+    try:
+        (timing,) = race([lambda: flow.trajectory(TIMED, every)], 0.0)
+    except (StepFailure, BadInput):
+        return None
+    return timing.median / TIMED

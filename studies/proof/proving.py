@@ -67,7 +67,7 @@ def prove(
     called with a label and a share of the work. Raises `BadInput` for a program, an order above 12,
     unknown kinds and laws, and a rule that cannot be evaluated.
     """
-    given = lookup.rule_given(rule)
+    given = lookup.rule(rule)
     for name, words in (("groupoid", groupoid), ("laws", laws)):
         if not isinstance(words, Sequence):
             raise BadInput(f"{name} is {shown(words)}: give a word, or a list of words.")

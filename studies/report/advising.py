@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..core.records import number
+from ..core.records import grouped, number
 from ..core.result import USUAL_RETRACTION
 from .wording import duration, scientific
 
@@ -17,14 +17,11 @@ GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
 
 def recommended(advice: Sequence[Line]) -> list[str]:
     """Return a line per scene with the recommendation, and a sentence of evidence per goal."""
-    scenes: dict[str, list[Line]] = {}
-    for line in advice:
-        scenes.setdefault(_place(line), []).append(line)
     return [
         *overall(advice),
         *(
             "\n  ".join([f"{place}: {', '.join(map(short, lines))}.", *map(sentence, lines)])
-            for place, lines in scenes.items()
+            for place, lines in grouped(advice, _place).items()
         ),
     ]
 

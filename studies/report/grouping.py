@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from ..core.records import grouped
 from ..core.result import AnyResult
 from .canvas import Panel, Sheet
 from .view import Sketch
@@ -11,18 +12,12 @@ from .view import Sketch
 
 def precisions(cases: Sequence[AnyResult]) -> dict[int, list[AnyResult]]:
     """Return the cases for each number of digits, fewest digits first."""
-    found: dict[int, list[AnyResult]] = {}
-    for case in cases:
-        found.setdefault(case.digits, []).append(case)
-    return dict(sorted(found.items()))
+    return dict(sorted(grouped(cases, lambda case: case.digits).items()))
 
 
 def by_scene(cases: Sequence[AnyResult]) -> dict[str, list[AnyResult]]:
     """Return the cases of each scene, in their order."""
-    found: dict[str, list[AnyResult]] = {}
-    for case in cases:
-        found.setdefault(str(case.scene), []).append(case)
-    return found
+    return grouped(cases, lambda case: str(case.scene))
 
 
 def figures_by_precision(

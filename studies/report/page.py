@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS
+from ..core.records import grouped
 from ..core.result import AnyResult, StudyResult
 from ..core.study import every_study, known_study
 from .formulas import display, spaced, together
@@ -215,11 +216,8 @@ def _schemes(
 ) -> list[dict[str, Any]]:
     """Return the schemes of each scene; common parts, such as its Lagrangian, come separately."""
     room = _Room(folder, FORMULAE)
-    by_scene: dict[str, list[Mapping[str, Any]]] = {}
-    for entry in equations:
-        by_scene.setdefault(str(entry.get("scene") or ""), []).append(entry)
     found = []
-    for scene, entries in by_scene.items():
+    for scene, entries in grouped(equations, lambda e: str(e.get("scene") or "")).items():
         shared = [
             key for _, key in _FORMULAE
             if len(entries) > 1 and all(e.get(key) == entries[0].get(key) for e in entries)

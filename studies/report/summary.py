@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+#: what a headline says of one case with a verdict, and of more
+VERBS = {"fail": ("fails", "fail"), "inconclusive": ("is inconclusive", "are inconclusive"),
+         "pass": ("passes", "pass"), "measured": ("is measured", "are measured")}  # fmt: skip
+
+
 def merged(results: Sequence[StudyResult]) -> list[StudyResult]:
     """Return one result per study, in the usual order, with the worst verdict within it.
 
@@ -51,20 +56,13 @@ def headline(studies: Sequence[StudyResult]) -> dict[str, str]:
     said += ["inconclusive"] * bool(count["inconclusive"] or not count["cases"])
     if not count["cases"] and not count["controls"]:
         return {"verdict": worst(said), "text": "Nothing was measured."}
-    parts = []
-    if count["fail"]:
-        parts.append(_some(count["fail"], count["cases"], "case", "fails", "fail"))
-    if count["inconclusive"]:
-        verbs = ("is inconclusive", "are inconclusive")
-        few = f"{count['inconclusive']} {verbs[count['inconclusive'] > 1]}"
-        parts.append(few if parts else _some(count["inconclusive"], count["cases"], "case", *verbs))
-    if not parts and count["pass"]:
-        parts.append(_some(count["pass"], count["cases"], "case", "passes", "pass"))
-    if count["measured"]:
-        verbs = ("is measured", "are measured")
-        few = f"{count['measured']} {verbs[count['measured'] > 1]}"
-        few = few if parts else _some(count["measured"], count["cases"], "case", *verbs)
-        parts.append(f"{few}, where nothing is claimed")
+    parts = list[str]()
+    for verdict, verbs in VERBS.items():
+        if not count[verdict] or (verdict == "pass" and parts):
+            continue
+        few = f"{count[verdict]} {verbs[count[verdict] > 1]}"
+        parts.append(few if parts else _some(count[verdict], count["cases"], "case", *verbs))
+        parts[-1] += ", where nothing is claimed" if verdict == "measured" else ""
     if count["controls"]:
         verbs = ("was caught", "were caught")
         parts.append(_some(count["caught"], count["controls"], "control", *verbs))

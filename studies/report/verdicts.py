@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS, said_of_law, worst
-from ..core.records import number
+from ..core.records import grouped, number
 from ..core.result import NONE, AnyResult, Result, StudyResult
 from ..core.study import view_of
 from .advising import times
@@ -84,9 +84,7 @@ def overview(result: StudyResult) -> dict[str, Any]:
 def _grid(cases: Sequence[AnyResult]) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
     """Return headings, and for each scene and rule their names and a cell per study."""
     names = list(dict.fromkeys(case.study for case in cases))
-    lines: dict[tuple[str, str], list[AnyResult]] = {}
-    for case in cases:
-        lines.setdefault((str(case.scene), case.method), []).append(case)
+    lines = grouped(cases, lambda case: (str(case.scene), case.method))
     rows = [
         ([*key], [_cell([case for case in own if case.study == name]) for name in names])
         for key, own in lines.items()
@@ -212,13 +210,10 @@ def _method(line: Mapping[str, Any]) -> str:
 
 def by_study(result: StudyResult, command: Callable[[str], str]) -> list[StudyResult]:
     """Return the cases of each study as its result with its command, for the page and figures."""
-    found: dict[str, list[AnyResult]] = {}
-    for case in result.cases:
-        found.setdefault(case.study, []).append(case)
     return [
         replace(result, study=study, cases=cases, notes=[], command=command(study),
                 verdict=worst(case.verdict for case in cases))
-        for study, cases in found.items()
+        for study, cases in grouped(result.cases, lambda case: case.study).items()
     ]  # fmt: skip
 
 
@@ -229,10 +224,10 @@ def troubles(result: StudyResult) -> list[str]:
     one paragraph.
     """
     bad = [case for case in result.cases if case.is_trouble]
-    alike: dict[tuple[Any, ...], list[AnyResult]] = {}
-    for case in sorted(bad, key=lambda case: VERDICTS.index(case.verdict)):
-        place = (case.verdict, case.scene, case.rule, case.retraction, case.reason)
-        alike.setdefault(place, []).append(case)
+    alike = grouped(
+        sorted(bad, key=lambda case: VERDICTS.index(case.verdict)),
+        lambda case: (case.verdict, case.scene, case.rule, case.retraction, case.reason),
+    )
     found = []
     reasons = whys([first for first, *_ in alike.values()])
     for ((said, *_), (first, *more)), reason in zip(alike.items(), reasons, strict=True):

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from ..core.records import grouped
 from ..core.result import Result
 from ..report.canvas import Panel, Sheet, log_axis, note
 from ..report.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
@@ -40,9 +41,7 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
     If no map has more than one stiffness, each scene has one panel, with a bar for each rule.
     """
     if cases and all(len(_stiff(case)) < 2 for case in cases):
-        scenes: dict[str, list[Case]] = {}
-        for case in cases:
-            scenes.setdefault(_title(case, titles), []).append(case)
+        scenes = grouped(cases, lambda case: _title(case, titles))
         panels = [_bars(title, own) for title, own in scenes.items()]
         high = max(BAR * max(map(len, scenes.values())), CLASS * len(_classes(cases)))
         return panels, replace(SHEET, height=SHEET.top + SHEET.bottom + high, columns=3)

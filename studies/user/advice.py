@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ..core.records import Json
+from ..core.records import Json, grouped
 from ..core.result import AnyResult
 
 #: two runs of one race give ratios within 9.2 % of each other (docs/notes/races.md), so a
@@ -72,11 +72,8 @@ def advice(cases: Sequence[AnyResult], comparison: Sequence[Json]) -> list[dict[
     `ranked`), "value", "low", "high", "ratio", "ratios": [low, high] (to the best one's), "best"
     (its smallest error), "followed" (seconds of its longest run)}.
     """
-    races: dict[tuple[Any, ...], list[AnyResult]] = {}
-    for case in cases:
-        if case.study == "work-precision" and case.figures.get("x") == "seconds":
-            key = (case.scene, case.retraction, case.details.periods)
-            races.setdefault(key, []).append(case)
+    timed = (c for c in cases if c.study == "work-precision" and c.figures.get("x") == "seconds")
+    races = grouped(timed, lambda case: (case.scene, case.retraction, case.details.periods))
     found: list[tuple[Any, dict[str, Any]]] = []
     for (*place, periods), own in races.items():
         if len({case.rule for case in own}) < 2:
@@ -85,10 +82,8 @@ def advice(cases: Sequence[AnyResult], comparison: Sequence[Json]) -> list[dict[
             found.append((place, _over_long_times(own)))
         else:
             found += [(place, _for_accuracy(own, key)) for key in own[0].figures["cost"]]
-    stable: dict[tuple[Any, ...], list[Json]] = {}
-    for line in comparison:
-        if line.get("stable") is not None:
-            stable.setdefault((line["scene"], line["retraction"]), []).append(line)
+    known = (line for line in comparison if line.get("stable") is not None)
+    stable = grouped(known, lambda line: (line["scene"], line["retraction"]))
     for (scene, chart), lines in stable.items():
         if len(lines) > 1:
             alike = _leaders(races.get((scene, chart, None), ()))
@@ -169,9 +164,7 @@ def _standings(
     standing: Callable[[tuple[str, ...], Of], Standing],
 ) -> list[Standing]:
     """Return one standing per method: rules with one leader are the same method."""
-    alike: dict[str, list[tuple[str, Of]]] = {}
-    for rule, line in lines:
-        alike.setdefault(leaders.get(rule, rule), []).append((rule, line))
+    alike = grouped(lines, lambda line: leaders.get(line[0], line[0]))
     return [standing(tuple(sorted(rule for rule, _ in same)), same[0][1])
             for same in alike.values()]  # fmt: skip
 

@@ -148,7 +148,7 @@ def _assert(
     try:
         where = lookup.scene_given(_in_folder(scene, beside))
         where = where if retraction is None else in_chart(where, retraction)
-        asked = claiming(lookup.rule_given(_in_folder(_boxed(rule), beside)), study.name)
+        asked = claiming(lookup.rule(_in_folder(_boxed(rule), beside)), study.name)
     except BadInput as error:
         raise BadInput(_relative(str(error), beside)) from None  # the traceback is the test's own
     if study.name == "momentum" and not any(

@@ -12,6 +12,7 @@ from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
 from ..report.wording import scientific
+from .axes import ERRORS, WORK
 from .records import Measured, Row
 
 if TYPE_CHECKING:
@@ -20,24 +21,6 @@ if TYPE_CHECKING:
 Case = Result[Measured, AtMost, Row]
 FLOOR = "rounded start"  # name of the floor's line: the error that rounding the start makes
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
-WORK = {
-    "seconds": "run time in seconds",
-    "steps": "steps",
-    "evaluations": "evaluations of the right-hand side or the kernel",
-    "iterations": "Newton iterations",
-}
-ERRORS = {
-    "error": "error in (x, μ) at the end",
-    "error-x": "error in x at the end",
-    "error-mu": "error in μ at the end",
-    "error-max": "largest error in (x, μ)",
-    "error-x-max": "largest error in x",
-    "error-mu-max": "largest error in μ",
-    "energy": "energy error at the end",
-    "energy-max": "largest energy error",
-    "momentum": "drift of the momenta at the end",
-    "momentum-max": "largest drift of the momenta",
-}
 Point = tuple[float, float, Row]
 
 

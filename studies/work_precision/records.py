@@ -5,39 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..core.records import SPREAD, Json, number
+
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A run: its work in all measures, its errors in all norms, or the cause why it has none.
+    """A run: its time with its quartiles, its other work and its errors, or the cause why not.
 
-    promised: the error that was asked for by a tolerance.
+    values: by their names, such as steps and error-max (`axes`). promised: the error that was asked
+    for by a tolerance.
     """
 
     seconds: float | None = None
     seconds_low: float | None = None
     seconds_high: float | None = None
     outliers: int | None = None
-    steps: float | None = None
-    evaluations: float | None = None
-    iterations: float | None = None
-    error: float | None = None
-    error_x: float | None = field(default=None, metadata={"key": "error-x"})
-    error_mu: float | None = field(default=None, metadata={"key": "error-mu"})
-    error_max: float | None = field(default=None, metadata={"key": "error-max"})
-    error_x_max: float | None = field(default=None, metadata={"key": "error-x-max"})
-    error_mu_max: float | None = field(default=None, metadata={"key": "error-mu-max"})
-    energy: float | None = None
-    energy_max: float | None = field(default=None, metadata={"key": "energy-max"})
-    momentum: float | None = None
-    momentum_max: float | None = field(default=None, metadata={"key": "momentum-max"})
     tolerance: float | None = None
     promised: float | None = None
     cause: str | None = None
+    values: Json = field(default_factory=dict, metadata=SPREAD)
 
     def along(self, axis: str) -> float | None:
         """Return the value of an axis, such as seconds or error-max."""
-        value: float | None = getattr(self, axis.replace("-", "_"))
-        return value
+        return self.seconds if axis == "seconds" else number(self.values.get(axis))
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..core.outcome import Row
+from ..core.records import grouped
 from ..core.result import AnyResult
 from .contestants import Contestant
 
@@ -72,11 +73,8 @@ def beside_each_other(cases: Sequence[AnyResult]) -> list[AnyResult]:
     and same_as: the first method with the same step. A method that fails solves another problem,
     and is not ranked: it has neither cost nor ratio.
     """
-    races: dict[tuple[Any, ...], list[AnyResult]] = {}
-    for case in cases:
-        if "race" in case.extras:
-            key = (case.scene, case.retraction, case.details.periods)
-            races.setdefault(key, []).append(case)
+    timed = (case for case in cases if "race" in case.extras)
+    races = grouped(timed, lambda case: (case.scene, case.retraction, case.details.periods))
     found = {}
     for race in races.values():
         axes = race[0].figures["x"], race[0].figures["y"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..core.records import AtMost
+from ..core.records import AtMost, grouped
 from ..core.result import NONE
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
@@ -66,9 +66,11 @@ def _best(case: Case) -> str:
 def _kept(settings: Sequence[Row]) -> list[str]:
     """Return the largest error over the tolerance, for steps chosen for a tolerance."""
     shares = [
-        row.error_max / row.tolerance
+        error / row.tolerance
         for row in settings
-        if row.promised is not None and row.tolerance and row.error_max is not None
+        if row.promised is not None
+        and row.tolerance
+        and (error := row.along("error-max")) is not None
     ]
     return [f"error at most {max(shares):.2g} of the tolerance"] if shares else []
 
@@ -97,11 +99,8 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     found = []
     titled = (("work", "Work and precision"), ("work-long", "Work and precision, long runs"))
     for long, (name, title) in enumerate(titled):
-        races: dict[tuple[str, int | None], list[Case]] = {}
-        for case in cases:
-            periods = case.details.periods
-            if (periods is not None) == long:
-                races.setdefault((str(case.scene), periods), []).append(case)
+        timed = (case for case in cases if (case.details.periods is not None) == long)
+        races = grouped(timed, lambda case: (str(case.scene), case.details.periods))
         panels = []
         for (scene, periods), own in races.items():
             over = f", {periods} periods" if long else ""
