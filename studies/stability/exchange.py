@@ -30,12 +30,6 @@ LONG_Z, LONG_TIME = Fraction(10), 10**5
 LONG_OMEGAS = tuple(Fraction(w) for w in (50, 100, 200, 500, 1000))
 
 
-def percent(share: float) -> str:
-    """Return a share in words: two figures of a small one, whole per cents of a large one."""
-    found = 100 * share
-    return f"{found:.2g} %" if found < 10 else f"{found:.0f} %"
-
-
 def spring_energies(run: Any, omega: float) -> np.ndarray:
     """Return ½(μ² + ω²x²) of each stiff spring, (r, HALF)."""
     return np.asarray((run.mu[:, HALF:] ** 2 + omega**2 * run.x[:, HALF:] ** 2) / 2)

@@ -11,7 +11,7 @@ from ..core.claims import not_claimed
 from ..core.records import decoded
 from . import exchange
 from .limits import LIMITS
-from .records import FARTHEST_OWN, Found, Measured, Row
+from .records import FARTHEST_OWN, Found, Measured, Row, percent
 from .stiff import FAMILIES
 
 # the possible classes of an orbit with an error as large as the energy itself
@@ -101,9 +101,7 @@ def _judge_exchange(measured: Measured, expected: Mapping[str, Any]) -> Verdict:
     expected = {**expected, "exchange": LIMITS["exchange"]}
     if error is not None and error <= LIMITS["exchange"]:
         return Verdict("pass", "", expected)
-    how = (
-        "was not followed to its end" if error is None else f"is wrong by {exchange.percent(error)}"
-    )
+    how = "was not followed to its end" if error is None else f"is wrong by {percent(error)}"
     reason = f"the exchange of energy at hω = {key} {how}, where the step resolves the springs."
     return Verdict("fail", reason, expected)
 

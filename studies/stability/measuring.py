@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -20,8 +20,8 @@ from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import Oscillator
 from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
 from .own_scene import Linearised, equilibrium, family_of, fastest_along, judged_here
-from .records import FARTHEST
-from .stiff import FAMILIES
+from .records import FARTHEST, Cell
+from .stiff import FAMILIES, Family
 
 NAME = "stability"
 LINEAR = "harmonic"  # the scene of the linear part
@@ -94,13 +94,18 @@ def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         family, case.scheme, case.thorough, steps=case.steps or OWN_STEPS,
         progress=lambda share: progress(f"{label}: stability map", share),
     )  # fmt: skip
+    return _of_map(
+        family, rows, equilibrium=[float(e) for e in at.z], given=at.given,
+        frequency=at.frequency, fastest=fastest_along(case.scene), **found,
+    )  # fmt: skip
+
+
+def _of_map(family: Family, rows: Sequence[Cell], **more: Any) -> dict[str, Any]:
+    """Return the measurement of a map: its classes, its limits and more."""
+    classes = dict(Counter(row.outcome for row in rows if not row.between))
     return {
         "kind": "map", "label": family.label, "title": family.title, "rows": rows,
-        "measured": {
-            "classes": dict(Counter(row.outcome for row in rows)), "limits": limits(rows),
-            "equilibrium": [float(e) for e in at.z], "given": at.given,
-            "frequency": at.frequency, "fastest": fastest_along(case.scene), **found,
-        },
+        "measured": {"classes": classes, "limits": limits(rows), **more},
     }  # fmt: skip
 
 
@@ -165,10 +170,7 @@ def measure_map(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         rows = stability_map(
             family, case.scheme, case.thorough, steps=steps, progress=show, more=more
         )
-    measured: dict[str, Any] = {
-        "classes": dict(Counter(row.outcome for row in rows if not row.between)),
-        "limits": limits(rows),
-    }
+    measured: dict[str, Any] = {}
     lost = {
         f"{cell.z:.4g}": cell.outcome for cell in rows if cell.between and cell.outcome != "bounded"
     }
@@ -181,13 +183,7 @@ def measure_map(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         if case.rule.splits or case.thorough:  # other rules are far slower, or unable
             found["adiabatic"] = adiabatic(case.scheme)
         measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in found.items()}
-    return {
-        "kind": "map",
-        "label": family.label,
-        "title": family.title,
-        "rows": rows,
-        "measured": measured,
-    }
+    return _of_map(family, rows, **measured)
 
 
 def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:

@@ -11,6 +11,12 @@ FARTHEST = 1000.0  # the largest hω of the oscillator that is tried
 FARTHEST_OWN = 6.0  # that of a user's own scene at its equilibrium
 
 
+def percent(share: float) -> str:
+    """Return a share in words: two figures of a small one, whole per cents of a large one."""
+    found = 100 * share
+    return f"{found:.2g} %" if found < 10 else f"{found:.0f} %"
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """A step of the oscillator (z = hω, radius, phase, krein), or a cell of a map.

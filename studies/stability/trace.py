@@ -26,6 +26,7 @@ TOUCH = 1e-20  # two roots with a smaller relative distance are one double root
 INSIDE = 0.381966
 
 flint: Any = LazyModule("flint")
+polynomials: Any = LazyModule("numpy.polynomial")
 Trace = Callable[[Fraction], Any]
 
 
@@ -51,14 +52,14 @@ def stable_set(trace: Trace, farthest: float) -> StableSet | None:
     if found is None:
         return None
     above, below = found
-    roots = [w for two in (2, -2) for w in _positive_roots(_sum(above, below, two))]
-    # at a pole of the trace |tr| > 2 on both sides, so it is no end
-    crossings, touched = _apart(sorted(roots), farthest)
 
     def unstable_at(w: Any) -> bool:
-        return bool(abs(_at(above, w)) > 2 * abs(_at(below, w)))
+        return bool(abs(above(w)) > 2 * abs(below(w)))
 
     with mpmath.workdps(DIGITS):
+        roots = [w for two in (2, -2) for w in _positive_roots(above + two * below)]
+        # at a pole of the trace |tr| > 2 on both sides, so it is no end
+        crossings, touched = _apart(sorted(roots), farthest)
         most = mpmath.mpf(farthest) ** 2
         edges = [mpmath.mpf(0), *crossings, most]
         intervals: list[list[Any]] = []
@@ -75,8 +76,8 @@ def stable_set(trace: Trace, farthest: float) -> StableSet | None:
         )
 
 
-def rational(trace: Trace) -> tuple[list[Any], list[Any]] | None:
-    """Return (P, Q), coefficients from the constant on, with tr M(z) = P(z²)/Q(z²), or None.
+def rational(trace: Trace) -> tuple[Any, Any] | None:
+    """Return the polynomials (P, Q) with tr M(z) = P(z²)/Q(z²), or None.
 
     They are found by Thiele's continued fraction in w = z², from points in no order of size.
     """
@@ -110,33 +111,22 @@ def rational(trace: Trace) -> tuple[list[Any], list[Any]] | None:
     return None
 
 
-def _polynomials(points: list[Any], rows: list[Any]) -> tuple[list[Any], list[Any]]:
-    above, below = [rows[-1]], [mpmath.mpf(1)]
+def _polynomials(points: list[Any], rows: list[Any]) -> tuple[Any, Any]:
+    Polynomial, one = polynomials.Polynomial, mpmath.mpf(1)
+    above, below = Polynomial([rows[-1]]), Polynomial([one])
     for a, at in zip(reversed(rows[:-1]), reversed(points[: len(rows) - 1]), strict=True):
         # a + (w − at) below/above
-        moved = _sum([mpmath.mpf(0), *below], below, -at)
-        above, below = _sum(moved, above, a), above
-    size = max(map(abs, below))
-    return [e / size for e in above], [e / size for e in below]
+        above, below = Polynomial([-at, one]) * below + a * above, above
+    size = max(map(abs, below.coef))
+    return above / size, below / size
 
 
-def _sum(one: list[Any], other: list[Any], factor: Any) -> list[Any]:
-    """Return the polynomial one + factor·other."""
-    length = max(len(one), len(other))
-    filled = [[*p, *[mpmath.mpf(0)] * (length - len(p))] for p in (one, other)]
-    return [a + factor * b for a, b in zip(*filled, strict=True)]
-
-
-def _at(polynomial: list[Any], w: Any) -> Any:
-    return mpmath.polyval(polynomial[::-1], w)
-
-
-def _positive_roots(polynomial: list[Any]) -> list[Any]:
+def _positive_roots(polynomial: Any) -> list[Any]:
     """Return the positive real roots with multiplicity; round-off may split a double one."""
-    with mpmath.workdps(DIGITS):
-        size = max(map(abs, polynomial)) or mpmath.mpf(1)
+    with mpmath.workdps(DIGITS), flint.ctx.workprec(128):  # more bits than a double's
+        size = max(map(abs, polynomial.coef)) or mpmath.mpf(1)
         # the remainder of a coefficient that vanishes only makes a root at 0 or far away
-        whole = flint.fmpz_poly([int(mpmath.nint(e / size * 10**DIGITS)) for e in polynomial])
+        whole = flint.fmpz_poly([int(mpmath.nint(e / size * 10**DIGITS)) for e in polynomial.coef])
         if whole.degree() < 1:
             return []
         found = []

@@ -11,7 +11,7 @@ from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from . import plot_linear, plot_maps
 from .plot_maps import Case
-from .records import FARTHEST, FARTHEST_OWN, Expected, Measured, Row
+from .records import FARTHEST, FARTHEST_OWN, Expected, Measured, Row, percent
 
 TOLD = 3  # how many gaps are printed
 LINEAR = (
@@ -87,16 +87,10 @@ def _got_map(measured: Measured) -> str:
                              (measured.stiffer, "ω", "at hω = 5 wrong by"),
                              (measured.adiabatic, "ω", "invariant moves by")):  # fmt: skip
         if pairs:
-            told = (f"{_share(v)} ({at} = {k})" for k, v in pairs.items())
+            told = (f"{'failed' if v is None else percent(v)} ({at} = {k})"
+                    for k, v in pairs.items())  # fmt: skip
             said.append(f"{words} {', '.join(told)}")
     return "; ".join(said)
-
-
-def _share(found: float | None) -> str:
-    """Return a share as `exchange.percent` does, or "failed"."""
-    if found is None:
-        return "failed"
-    return f"{100 * found:.2g} %" if found < 0.1 else f"{100 * found:.0f} %"
 
 
 def _short(case: Case) -> str:

@@ -110,6 +110,14 @@ def test_intervals_are_those_of_every_z():
     assert not problem.grows(13.3) and problem.grows(13.0, 100) and problem.grows(13.6, 100)
 
 
+def test_ends_and_touched_points_are_known_to_the_last_bit():
+    """Roots of 8, 12 and 24; a step of gauss-3 is a half turn at √10 and a whole one at √60."""
+    lobatto, gauss = (Oscillator(discretisations.get(f"{name}-3")).proved()
+                      for name in ("lobatto", "gauss"))  # fmt: skip
+    assert lobatto.unstable == [(8**0.5, 12**0.5), (24**0.5, 1000.0)]
+    assert gauss.unstable == [] and gauss.touched == [10**0.5, 60**0.5]
+
+
 def test_a_step_that_is_no_rational_function_is_told_on_a_grid():
     def cosine(z):
         with mpmath.workdps(DIGITS):
