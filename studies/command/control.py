@@ -12,7 +12,7 @@ from discmech.integrators import retractions
 from ..core import lookup
 from ..core.options import whole
 from .options import RULE_HELP
-from .output import DERIVED, progress_shown, strict_json, write, write_run
+from .output import DERIVED, progress_shown, write_json, write_run
 
 
 def add_to(commands: Any) -> None:
@@ -65,7 +65,7 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
             "t", "x", "mu", "u", "controls", "control_times", "node_controls", "costates")},
     }  # fmt: skip
     if options.json:
-        write(options.json, strict_json(found))
+        write_json(options.json, found)
     if getattr(options, "folder", None):
         write_run(options.folder, found, best)
     if options.json != "-":

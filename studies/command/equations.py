@@ -19,6 +19,7 @@ from discmech.integrators.equations import (
     reaction_matrix,
 )
 
+from ..report import wording
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
 
@@ -199,17 +200,13 @@ def plain_text(terms: Terms, letters: Mapping[Any, str]) -> str:
 
     names = {symbol: Symbol(subscript(name)) for symbol, name in letters.items()}
     shown = " + ".join(str(term.xreplace(names)) for term in terms) or "0"
-    shown = re.sub(r"\*\*(\d+)", lambda m: m[1].translate(_SUPER), shown)
+    shown = re.sub(r"\*\*(\d+)", lambda m: wording.superscript(m[1]), shown)
     return shown.replace("**", "^").replace("*", "·").replace("+ -", "− ").replace("-", "−")
-
-
-_SUPER = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-_SUB = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def subscript(name: str) -> str:
     """Return x_1 as x₁, and f_3[x_1] as f₃[x₁]."""
-    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda found: found[1].translate(_SUB), name)
+    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda found: wording.subscript(found[1]), name)
 
 
 def notation(scheme: Scheme) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import Any
 
 from discmech.integrators import BadInput
 
-from .output import console, progress_shown, write
+from .output import console, progress_shown, write, write_json
 
 
 def add_to(commands: Any) -> None:
@@ -35,7 +34,6 @@ def _answer(options: argparse.Namespace) -> int:
     from ..gallery.entries import chosen
     from ..gallery.measuring import LONG, measured
     from ..gallery.page import figures, page
-    from ..report.tables import plain
 
     entries = chosen(options.names)
     if options.list:
@@ -64,8 +62,7 @@ def _answer(options: argparse.Namespace) -> int:
     if options.page:
         write(options.page, page(found, absent, LONG).rstrip("\n"))
     if options.json:
-        result = {"gallery": found, "absent": absent}
-        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+        write_json(options.json, {"gallery": found, "absent": absent})
     if not quiet:
         for sentence in absent:
             console().print(sentence, highlight=False, markup=False, soft_wrap=True)

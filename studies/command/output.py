@@ -49,22 +49,20 @@ def exit_code(*results: StudyResult, told: bool = False) -> int:
     return EXIT[said]
 
 
-def strict_json(found: Mapping[str, Any]) -> str:
+def strict_json(found: Any, indent: int | None = None) -> str:
     """Return the data as JSON, which has neither NaN nor infinities: they become null."""
+    how: dict[str, Any] = {"indent": indent, "ensure_ascii": False, "allow_nan": False}
     try:
-        return json.dumps(found, allow_nan=False)
-    except ValueError:
+        return json.dumps(found, **how)
+    except (TypeError, ValueError):
         from ..report.tables import plain
 
-        return json.dumps(plain(found), allow_nan=False)
+        return json.dumps(plain(found), **how)
 
 
 def write_json(name: str, found: Any, indent: int | None = None) -> None:
-    """Write as strict JSON: numbers that are not finite become null."""
-    from ..report.tables import plain
-
-    text = json.dumps(plain(found), indent=indent, ensure_ascii=False, allow_nan=False)
-    write(name, text)
+    """Write as `strict_json`."""
+    write(name, strict_json(found, indent))
 
 
 def write_result(name: str, result: StudyResult) -> None:

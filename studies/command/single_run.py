@@ -14,7 +14,7 @@ from ..core import lookup
 from ..core.options import digits_in, whole
 from .control import steer
 from .options import RULE_HELP, scene_asked
-from .output import DERIVED, progress_shown, strict_json, write, write_run
+from .output import DERIVED, progress_shown, write_json, write_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -96,7 +96,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
-        write(options.json, strict_json(found))
+        write_json(options.json, found)
     if options.folder and len(run.t):
         write_run(options.folder, found, run)
     if options.json != "-":

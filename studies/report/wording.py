@@ -29,20 +29,25 @@ _NUMBER = re.compile(r"(?<![\w.])-?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")
 def in_tens(value: float, places: int = 0) -> str:
     """Return a number such as 3.1×10⁻¹⁶; without the mantissa if it is exactly one."""
     mantissa, exponent = f"{value:.{places}e}".split("e")
-    tens = "10" + str(int(exponent)).translate(_SUPERSCRIPTS)
+    tens = "10" + superscript(int(exponent))
     if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
         return tens
     return f"{mantissa}×{tens}".replace("-", "−")
 
 
-def subscript(index: int) -> str:
+def subscript(index: Any) -> str:
     """Return a subscript, such as ₁₂ for 12."""
     return str(index).translate(_SUBSCRIPTS)
 
 
+def superscript(power: Any) -> str:
+    """Return a superscript, such as ⁻¹² for −12."""
+    return str(power).translate(_SUPERSCRIPTS)
+
+
 def raised(power: int) -> str:
     """Return a power of the step, h³."""
-    return f"h{str(power).translate(_SUPERSCRIPTS)}"
+    return f"h{superscript(power)}"
 
 
 def scientific(value: Any, places: int = 1) -> str:
@@ -102,7 +107,7 @@ def _small(value: float, half: float) -> str:
     shown = f"{a:.{decimals}f}".replace("-", "−")
     if not shown.strip("−0."):
         shown = shown.strip("−")
-    return f"({shown} ± {b:.{decimals}f})×10{str(exponent).translate(_SUPERSCRIPTS)}"
+    return f"({shown} ± {b:.{decimals}f})×10{superscript(exponent)}"
 
 
 def _ends(interval: Any) -> tuple[float | None, float | None]:

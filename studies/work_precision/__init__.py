@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable
 
 from ..core.options import THOROUGH, Option, refuse, seconds, whole
 from ..core.study import StudyFolder
-from .axes import ERRORS, WORK
 from .limits import LIMITS
+from .records import ERRORS, WORK
 
 MOST_PERIODS = 10**12
 

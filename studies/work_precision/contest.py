@@ -21,12 +21,12 @@ from ..core.clocks import fine_clock
 from ..core.record import provenance
 from ..core.study import BY_TOLERANCE
 from .accuracy import Yardstick
-from .axes import ERRORS, WORK
 from .contestants import Contestant, NoEnd, Problem, RuleContestant, ToleranceContestant
 from .enough import FEWEST, PATIENT, errors_of
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
+from .records import ERRORS, WORK
 from .standings import Climb, points, reached, summary
 
 #: factor of the budget that the timing may take: the least rounds of all runs use up one (a ladder

@@ -60,17 +60,12 @@ class Race:
         return self.choice.asked("also_periods") is not None
 
     @property
-    def by_tolerance(self) -> bool:
-        """True if rules with stages run with steps chosen for tolerances too."""
-        return not self.compared
-
-    @property
     def methods(self) -> list[str]:
-        """The names of all contestants."""
+        """The names of all contestants; rules with stages also with steps chosen for tolerances."""
         ours = []
         for rule in self.rules:
             ours += [rule.name]
-            ours += [rule.name + BY_TOLERANCE] if rule.stages and self.by_tolerance else []
+            ours += [rule.name + BY_TOLERANCE] if rule.stages and not self.compared else []
         return [*ours, *self.peers]
 
     @property
@@ -221,7 +216,7 @@ def complete(result: StudyResult) -> StudyResult:
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Return rows, one per setting.
 
-    A row has {setting, step or tolerance, `axes.ERRORS`, `axes.WORK`, seconds_low, seconds_high
+    A row has {setting, step or tolerance, `ERRORS`, `WORK`, seconds_low, seconds_high
     (quartiles), samples, outliers, cause (of a failure)}, and the energy error's growth
     (`Yardstick.errors`). measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy:
     to the best peer}, cut: the settings that were left out, setup: seconds to derive and compile,

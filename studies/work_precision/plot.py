@@ -12,8 +12,7 @@ from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
 from ..report.wording import scientific
-from .axes import ERRORS, WORK
-from .records import Measured, Row
+from .records import ERRORS, WORK, Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

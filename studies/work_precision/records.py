@@ -7,13 +7,34 @@ from dataclasses import dataclass, field
 
 from ..core.records import SPREAD, Json, number
 
+#: the axes of a work-precision diagram and their words: work, and relative errors
+#: (`accuracy.Yardstick`)
+WORK = {
+    "seconds": "run time in seconds",
+    "steps": "steps",
+    "evaluations": "evaluations of the right-hand side or the kernel",
+    "iterations": "Newton iterations",
+}
+ERRORS = {
+    "error": "error in (x, μ) at the end",
+    "error-x": "error in x at the end",
+    "error-mu": "error in μ at the end",
+    "error-max": "largest error in (x, μ)",
+    "error-x-max": "largest error in x",
+    "error-mu-max": "largest error in μ",
+    "energy": "energy error at the end",
+    "energy-max": "largest energy error",
+    "momentum": "drift of the momenta at the end",
+    "momentum-max": "largest drift of the momenta",
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """A run: its time with its quartiles, its other work and its errors, or the cause why not.
 
-    values: by their names, such as steps and error-max (`axes`). promised: the error that was asked
-    for by a tolerance.
+    values: by their names, such as steps and error-max. promised: the error that was asked for by a
+    tolerance.
     """
 
     seconds: float | None = None

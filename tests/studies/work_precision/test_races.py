@@ -17,7 +17,6 @@ from discmech.studies.core.case import scheme_of
 from discmech.studies.core.store import Store
 from discmech.studies.work_precision import contest, peers, racing, standings
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
-from discmech.studies.work_precision.axes import ERRORS, WORK
 from discmech.studies.work_precision.contestants import (
     TOLERANCES,
     NoEnd,
@@ -27,6 +26,7 @@ from discmech.studies.work_precision.contestants import (
 from discmech.studies.work_precision.enough import FEWEST, PATIENT
 from discmech.studies.work_precision.measuring import HIGH_ORDER
 from discmech.studies.work_precision.peers.equations import Equations, equations_of
+from discmech.studies.work_precision.records import ERRORS, WORK
 from tests.studies.work_precision.races import SCIPY, choice, race, race_on, shown
 
 

@@ -9,8 +9,8 @@ from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import tables
 from discmech.studies.report.canvas import figure_of
 from discmech.studies.report.palette import marks
-from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
+from discmech.studies.work_precision import standings
 from tests.studies.work_precision.races import shown
 
 
@@ -55,10 +55,6 @@ def test_the_table_says_what_failed_and_what_was_cut():
         "— (2 of 3 settings failed: LSODA came to no end within the budget; "
         "cut: rtol 1e-04, about 3 s)"
     )
-
-
-def test_the_picture_and_the_study_name_the_same_axes():
-    assert (*plot_work.ERRORS,) == axes.ERRORS and (*plot_work.WORK,) == axes.WORK
 
 
 def test_a_point_without_error_is_not_drawn():
