@@ -125,7 +125,8 @@ class LatticeFlow(FlowRuns):
         self, x0: Rows | None, mu0: Rows | None, t0: Number = 0
     ) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice
-        x, v = self.start
+        # a start on constraints is dear: it is made only where a part of it is asked for
+        x, v = self.start if x0 is None or mu0 is None else lattice.start
         if mu0 is None:
             mu = self.momenta(x, v, t0)
         elif (checked := floats(mu0, f"{lattice.name}: mu0")).shape != v.shape:
