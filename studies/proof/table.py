@@ -47,8 +47,9 @@ def proof_table(progress: Progress = silent, store: Store | None = None) -> dict
 def _told(name: str) -> dict[str, Any]:
     """Return the answer of a rule as JSON, its laws on the class with time alone."""
     rule = rules.get(name)
-    found = prove(rule, groupoid=KINDS, laws=()).to_json()
-    found["laws"] = prove(rule, groupoid="time", laws=LAWS).to_json()["laws"]
+    plain, timed = KINDS
+    found = prove(rule, groupoid=timed, laws=LAWS).to_json()
+    found["classes"] = prove(rule, groupoid=plain, laws=()).to_json()["classes"] | found["classes"]
     error = of_rule(rule) if rule.asks_lagrangian and rule.method is None else {}
     return found | {"leading": {name: str(c) for name, c in error.items()}}
 
