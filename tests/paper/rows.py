@@ -62,8 +62,8 @@ def definition(place: str, says: str, *misprints: str) -> None:
 def checked(
     place: str,
     says: str,
-    how: str,
     *misprints: str,
+    how: str = EVERYWHERE,
     free: Iterable[str] = (),
     spoilt: bool = False,
     dear: bool = False,

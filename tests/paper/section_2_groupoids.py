@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from .numbers import columns, slope
-from .rows import EVERYWHERE, Claim, checked, definition, same
+from .rows import Claim, checked, definition, same
 from .sample import Sample
 
 definition("2.1-1", r"$g$ is an arrow from $x=\alpha(g)$ to $y=\beta(g)$")
@@ -16,7 +16,6 @@ definition("2.1-2", r"composable pairs: $\beta(g)=\alpha(h)$")
 @checked(
     "2.1-3",
     r"$\beta(gh)=\beta(h)$; $\alpha(gh)=\alpha(g)$ is built into the coordinates",
-    EVERYWHERE,
     "parenthesis",
 )
 def ends_of_a_product(s: Sample) -> Iterator[Claim]:
@@ -24,7 +23,7 @@ def ends_of_a_product(s: Sample) -> Iterator[Claim]:
     yield same("β(gh) = β(h)", s.b(*s.times(g, h)), s.b(*h))
 
 
-@checked("2.1-4", r"$g^{-1}$ goes from $y$ to $x$; $gg^{-1}$ and $g^{-1}g$ are units", EVERYWHERE)
+@checked("2.1-4", r"$g^{-1}$ goes from $y$ to $x$; $gg^{-1}$ and $g^{-1}g$ are units")
 def inverse(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     back = s.inverse(g)
@@ -34,9 +33,7 @@ def inverse(s: Sample) -> Iterator[Claim]:
 
 
 @checked(
-    "2.1-5",
-    r"$l_g$ and $r_g$ map fibres to fibres; $l_g^{-1}=l_{g^{-1}}$, $r_g^{-1}=r_{g^{-1}}$",
-    EVERYWHERE,
+    "2.1-5", r"$l_g$ and $r_g$ map fibres to fibres; $l_g^{-1}=l_{g^{-1}}$, $r_g^{-1}=r_{g^{-1}}$"
 )
 def translations(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.v)
@@ -45,7 +42,7 @@ def translations(s: Sample) -> Iterator[Claim]:
     yield same("(gh)h⁻¹ = g", s.times(s.times(g, h), s.inverse(h))[1], s.u)
 
 
-@checked("2.1-6", r"$\overleftarrow{X}(g)=T l_g X(\beta(g))$ is left-invariant", EVERYWHERE)
+@checked("2.1-6", r"$\overleftarrow{X}(g)=T l_g X(\beta(g))$ is left-invariant")
 def left_invariant(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     found = columns(s.m, lambda a: slope(lambda t: arrow(s.pushed_left(g, a, t))))
@@ -56,7 +53,7 @@ def left_invariant(s: Sample) -> Iterator[Claim]:
     yield same("X←(gh) = T l_g X←(h)", moved, s.L(*gh))
 
 
-@checked("2.1-7", r"$\overrightarrow{X}(g)=-T r_g Ti X(\alpha(g))$ is right-invariant", EVERYWHERE)
+@checked("2.1-7", r"$\overrightarrow{X}(g)=-T r_g Ti X(\alpha(g))$ is right-invariant")
 def right_invariant(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     found = columns(s.m, lambda a: -slope(lambda t: arrow(s.pushed_right(g, a, t))))
@@ -73,7 +70,6 @@ def right_invariant(s: Sample) -> Iterator[Claim]:
     "2.1-8",
     r"$[\overleftarrow{e_\gamma},\overleftarrow{e_\mu}]"
     r"=(C^\nu_{\gamma\mu}\circ\beta) \overleftarrow{e_\nu}$; the anchor is $T\beta$",
-    EVERYWHERE,
 )
 def bracket_of_left_fields(s: Sample) -> Iterator[Claim]:
     brackets = lie_brackets(s, s.left, s.left)
@@ -87,7 +83,6 @@ def bracket_of_left_fields(s: Sample) -> Iterator[Claim]:
     r"$[\overrightarrow{e_\gamma},\overrightarrow{e_\mu}]"
     r"=-(C^\nu_{\gamma\mu}\circ\alpha) \overrightarrow{e_\nu}$,"
     r" $[\overrightarrow{X},\overleftarrow{Y}]=0$",
-    EVERYWHERE,
 )
 def bracket_of_right_fields(s: Sample) -> Iterator[Claim]:
     brackets = lie_brackets(s, s.right, s.right)
@@ -100,7 +95,6 @@ def bracket_of_right_fields(s: Sample) -> Iterator[Claim]:
     "2.1-10",
     r"$Ti\circ\overrightarrow{X}=-\overleftarrow{X}\circ i$,"
     r" $Ti\circ\overleftarrow{X}=-\overrightarrow{X}\circ i$",
-    EVERYWHERE,
 )
 def inversion_of_fields(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)

@@ -18,7 +18,7 @@ from .curves import (
     singular,
 )
 from .numbers import columns, slope
-from .rows import EVERYWHERE, Claim, checked, definition, printed, same
+from .rows import Claim, checked, definition, printed, same
 from .sample import Sample, rank
 from .section_2_groupoids import arrow, combined, lie_brackets
 
@@ -31,7 +31,6 @@ definition("2.2-2", r"admissible sequences: $g_1\cdots g_N=g$", "product-to-n")
     "2.2-3",
     r"the sum of $\overleftarrow{X_k}(g_k)(L_d)-\overrightarrow{X_k}(g_{k+1})(L_d)$ is the"
     r" variation of $L_d(g_1)+\dots+L_d(g_N)$ with $g_1\cdots g_N$ fixed; here $N=3$",
-    EVERYWHERE,
 )
 def variation(s: Sample) -> Iterator[Claim]:
     first, second = (s.x, s.u), (s.y, s.w)
@@ -51,7 +50,7 @@ def variation(s: Sample) -> Iterator[Claim]:
         yield same("variation", slope(lambda t: sum(s.L_d(*g) for g in moved(t))), wanted)
 
 
-@checked("2.2-4", r"$N=2$: $\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(h)(L_d)=0$", EVERYWHERE)
+@checked("2.2-4", r"$N=2$: $\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(h)(L_d)=0$")
 def two_arrows(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.v)
     gap = [plus_by_curve(s, g, a) - minus_by_curve(s, h, a) for a in range(s.m)]
@@ -66,7 +65,6 @@ definition("2.3-2", r"anchor of $P^\tau G$: $(X_g,Y_g)\mapsto X_g+Y_g$")
     "2.3-3",
     r"the bracket $(-\overrightarrow{[X,X']},\overleftarrow{[Y,Y']})$ is the one that the anchor"
     r" respects",
-    EVERYWHERE,
 )
 def prolonged_bracket(s: Sample) -> Iterator[Claim]:
     def anchored(x: Any, u: Any) -> Any:
@@ -83,7 +81,7 @@ definition("2.3-4", r"$\Theta^-(X_g,Y_g)=-X_g(L_d)$, $\Theta^+(X_g,Y_g)=Y_g(L_d)
 definition("2.3-5", r"$X^{(1,0)}=(\overrightarrow{X},0)$, $X^{(0,1)}=(0,\overleftarrow{X})$")
 
 
-@checked("2.3-text", r"$dL_d=\Theta^+-\Theta^-$, so $d\Theta^+=d\Theta^-$", EVERYWHERE)
+@checked("2.3-text", r"$dL_d=\Theta^+-\Theta^-$, so $d\Theta^+=d\Theta^-$")
 def d_of_theta(s: Sample) -> Iterator[Claim]:
     dL = [s.d_x(s.x, s.u).T, s.d_u(s.x, s.u).T]
     gradient = dL[0].row_join(dL[1])
@@ -95,7 +93,7 @@ def d_of_theta(s: Sample) -> Iterator[Claim]:
     yield same("dΘ⁺ = dΘ⁻ on (1,0), (0,1)", right_of_plus(s), left_of_minus(s))
 
 
-@checked("2.3-6", r"$\Omega$ vanishes on two $(1,0)$ and on two $(0,1)$", EVERYWHERE, "X-at-beta")
+@checked("2.3-6", r"$\Omega$ vanishes on two $(1,0)$ and on two $(0,1)$", "X-at-beta")
 def omega_on_equals(s: Sample) -> Iterator[Claim]:
     # dΘ⁻ on (1,0): Θ⁻ = −F⁻ there and the bracket is −C; dΘ⁺ on (0,1): Θ⁺ = F⁺ and C at β(g)
     minus, plus = s.minus(s.x, s.u), s.plus(s.x, s.u)
@@ -114,7 +112,6 @@ def omega_on_equals(s: Sample) -> Iterator[Claim]:
     "2.3-7",
     r"$\Omega(X_\gamma^{(1,0)},Y_\mu^{(0,1)})=\overleftarrow{Y_\mu}(\overrightarrow{X_\gamma}(L_d))"
     r"=\overrightarrow{X_\gamma}(\overleftarrow{Y_\mu}(L_d))$, which is $d\Theta^\pm$",
-    EVERYWHERE,
     "omega-sign",
 )
 def omega_on_both(s: Sample) -> Iterator[Claim]:
@@ -128,7 +125,6 @@ def omega_on_both(s: Sample) -> Iterator[Claim]:
 @checked(
     "2.3-symplecticity",
     r"$\Psi$ keeps $\Omega$: $(P\Psi)^\ast\Omega=\Omega$ at a solution $(g,\Psi(g))$",
-    EVERYWHERE,
 )
 def symplectic(s: Sample) -> Iterator[Claim]:
     n, m, g, h = s.n, s.m, (s.x, s.u), (s.y, s.v)
@@ -152,13 +148,13 @@ def symplectic(s: Sample) -> Iterator[Claim]:
 definition("2.4-1", r"$\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(\Psi(g))(L_d)=0$")
 
 
-@checked("2.5-1", r"$F^-L_d(h)(v)=-v(L_d\circ r_h\circ i)$", EVERYWHERE)
+@checked("2.5-1", r"$F^-L_d(h)(v)=-v(L_d\circ r_h\circ i)$")
 def legendre_minus(s: Sample) -> Iterator[Claim]:
     h = (s.y, s.v)
     yield same("F⁻", [minus_by_curve(s, h, a) for a in range(s.m)], s.minus(*h))
 
 
-@checked("2.5-2", r"$F^+L_d(g)(v)=v(L_d\circ l_g)$", EVERYWHERE)
+@checked("2.5-2", r"$F^+L_d(g)(v)=v(L_d\circ l_g)$")
 def legendre_plus(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     yield same("F⁺", [plus_by_curve(s, g, a) for a in range(s.m)], s.plus(*g))
@@ -168,7 +164,6 @@ def legendre_plus(s: Sample) -> Iterator[Claim]:
     "2.5-3",
     r"$F^-L_d=\overrightarrow{X_\gamma}(L_d)X^\gamma$,"
     r" $F^+L_d=\overleftarrow{Y_\mu}(L_d)Y^\mu$",
-    EVERYWHERE,
     "V-without-name",
     free=("L_d",),
 )
@@ -184,11 +179,7 @@ def legendre_components(s: Sample) -> Iterator[Claim]:
         yield same(name, found, [by_curve(s, g, a) for a in range(s.m)])
 
 
-@checked(
-    "2.6-text",
-    r"equivalent: $L_d$ regular; $F^-L_d$ a local diffeomorphism; $F^+L_d$ one",
-    EVERYWHERE,
-)
+@checked("2.6-text", r"equivalent: $L_d$ regular; $F^-L_d$ a local diffeomorphism; $F^+L_d$ one")
 def equivalent_conditions(s: Sample) -> Iterator[Claim]:
     arrow_, found = (s.x, s.u), []
     for at in (s, singular(s)):

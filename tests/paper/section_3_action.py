@@ -20,7 +20,9 @@ from .section_2_groupoids import arrow
 from .section_3_group import adjoint
 
 
-@checked("3.7-1", r"$\alpha(x,g)=x$, $\beta(x,g)=xg$, $m=(x,gg')$, $i(x,g)=(xg,g^{-1})$", ACTIONS)
+@checked(
+    "3.7-1", r"$\alpha(x,g)=x$, $\beta(x,g)=xg$, $m=(x,gg')$, $i(x,g)=(xg,g^{-1})$", how=ACTIONS
+)
 def structure(s: Sample) -> Iterator[Claim]:
     g, h = s.tau(s.h * s.u), s.tau(s.h * s.v)
     yield same("β", s.b(s.x, s.u), act(s, s.x, g))
@@ -34,8 +36,8 @@ def structure(s: Sample) -> Iterator[Claim]:
     "3.7-2",
     r"$\overleftarrow{C_\eta}=(0,\overleftarrow\eta)$,"
     r" $\overrightarrow{C_\eta}=(-\eta_M,\overrightarrow\eta)$",
-    ACTIONS,
     "values-in-g",
+    how=ACTIONS,
 )
 def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
     g, h = s.tau(s.h * s.u), (s.x, s.u)
@@ -54,10 +56,10 @@ def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.7-3",
     r"$\overleftarrow{C_\eta}(x_k,g_k)(L_d)-\overrightarrow{C_\eta}(x_kg_k,g_{k+1})(L_d)=0$",
-    ACTIONS,
     "L-for-L_d",
     "g-without-tilde",
-    free=("τ",),  # only the L of the printed form reads it
+    how=ACTIONS,
+    free=("τ",),
 )
 def equations(s: Sample) -> Iterator[Claim]:
     """As printed, L of the midpoint rule, L_d = h L(xτ(hu/2), u), in place of L_d."""
@@ -81,8 +83,8 @@ def equations(s: Sample) -> Iterator[Claim]:
     "3.7-4",
     r"$\Phi_{\xi_M}(t,x)=x\exp(t\xi)$ is the flow of $\xi_M$; the step stands before"
     r" $(e_\gamma)_M$",
-    ACTIONS,
     "flow-step",
+    how=ACTIONS,
     spoilt=True,
 )
 def flow_of_the_action(s: Sample) -> Iterator[Claim]:
@@ -114,7 +116,7 @@ def flow_of_the_action(s: Sample) -> Iterator[Claim]:
     "3.7-5",
     r"$\overleftarrow{C_{e_\gamma}}=(0,d\tau^{-1}_{h\eta}(Ad_{\tau(h\eta)}e_\gamma))$,"
     r" $\overrightarrow{C_{e_\gamma}}=(-h(e_\gamma)_M,d\tau^{-1}_{h\eta}(e_\gamma))$",
-    ACTIONS,
+    how=ACTIONS,
 )
 def fields(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
@@ -131,7 +133,7 @@ def fields(s: Sample) -> Iterator[Claim]:
     r"$d\tau^{-1}_{h\eta_k}(Ad_{\tau(h\eta_k)}e_\gamma)(l_{x_k})"
     r"-d\tau^{-1}_{h\eta_{k+1}}(e_\gamma)(l_{x_{k+1}})+h(e_\gamma)_M(x_{k+1})(l_{\eta_{k+1}})=0$,"
     r" $x_{k+1}=x_k\tau(h\eta_k)$",
-    ACTIONS,
+    how=ACTIONS,
 )
 def equations_in_velocities(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.w)
@@ -144,7 +146,9 @@ def equations_in_velocities(s: Sample) -> Iterator[Claim]:
 
 
 @checked(
-    "3.7-remark", r"pair and group together: $\rho=(hI,0)$, $L$ and $R$ block-diagonal", SYMBOLIC
+    "3.7-remark",
+    r"pair and group together: $\rho=(hI,0)$, $L$ and $R$ block-diagonal",
+    how=SYMBOLIC,
 )
 def product_of_both() -> Iterator[Claim]:
     G = product(pair(1), lie_group(so(3)))

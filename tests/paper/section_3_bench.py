@@ -12,7 +12,7 @@ from discmech.integrators import Scene, Scheme, rectangle
 
 from .curves import W_by_curves, minus_by_curve, plus_by_curve
 from .numbers import numbers
-from .rows import EVERYWHERE, Claim, checked, same
+from .rows import Claim, checked, same
 from .sample import Sample
 from .section_3_equations import FL_by_formula, euler_lagrange_side
 
@@ -20,7 +20,6 @@ from .section_3_equations import FL_by_formula, euler_lagrange_side
 @checked(
     "3.5-bench",
     r"`Scheme` derives this $\lambda$, $F^-$, $F^+$, $FL$, $W$ and $\Omega$ for the same $L_d$",
-    EVERYWHERE,
 )
 def derived_by_the_bench(s: Sample) -> Iterator[Claim]:
     g, other, derive = (s.x, s.u), (s.y, s.w), bench_of(s)

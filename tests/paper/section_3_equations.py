@@ -9,7 +9,7 @@ from sympy import Matrix, Rational, eye, zeros
 
 from .curves import FL_by_curves, W_by_curves, minus_by_curve, plus_by_curve
 from .numbers import EPS, columns, number, numbers, slope
-from .rows import EVERYWHERE, Claim, checked, definition, printed, same
+from .rows import Claim, checked, definition, printed, same
 from .sample import Sample
 from .section_2_groupoids import arrow
 
@@ -22,7 +22,6 @@ definition(
     "3.5-2",
     r"$L^\mu_\gamma \partial_{u^\mu}L_d(x,u)+\rho^i_\gamma \partial_{x^i}L_d(y,v)"
     r"-R^\mu_\gamma \partial_{u^\mu}L_d(y,v)=0$, $y=b(x,u)$",
-    EVERYWHERE,
 )
 def euler_lagrange(s: Sample) -> Iterator[Claim]:
     g, h, other = (s.x, s.u), (s.y, s.v), (s.y, s.w)
@@ -37,7 +36,6 @@ def euler_lagrange(s: Sample) -> Iterator[Claim]:
     r"$(FL_d)^\gamma_\mu=\rho^i_\mu \partial_{x^i}\partial_{u^\gamma}L_d"
     r"-\partial_{u^\gamma}R^\nu_\mu \partial_{u^\nu}L_d"
     r"-R^\nu_\mu \partial_{u^\nu}\partial_{u^\gamma}L_d$",
-    EVERYWHERE,
 )
 def matrix_FL(s: Sample) -> Iterator[Claim]:
     FL = FL_by_formula(s, s.x, s.u)
@@ -47,7 +45,6 @@ def matrix_FL(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.5-4",
     r"$F^-_{L_d}(x,u)=(x, -\rho^i_\gamma \partial_{x^i}L_d+R^\mu_\gamma \partial_{u^\mu}L_d)$",
-    EVERYWHERE,
 )
 def local_legendre(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
@@ -58,7 +55,6 @@ def local_legendre(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.5-5",
     r"$TF^-_{L_d}$ has the rows $(I_n,0)$, by the coordinates, and $(\ast,-(FL_d)^T)$",
-    EVERYWHERE,
     "FL-transposed",
     "h-for-h0",
 )
@@ -74,7 +70,6 @@ def differential(s: Sample) -> Iterator[Claim]:
     "3.5-6",
     r"$\Omega_{\gamma\mu}=\Omega(e_\gamma^{(1,0)},e_\mu^{(0,1)})"
     r"=\overleftarrow{e_\mu}(\overrightarrow{e_\gamma}(L_d))$",
-    EVERYWHERE,
 )
 def omega_matrix(s: Sample) -> Iterator[Claim]:
     left = s.left(s.x, s.u)
@@ -87,7 +82,6 @@ def omega_matrix(s: Sample) -> Iterator[Claim]:
     r"$\Omega_{\gamma\mu}=-L^\theta_\mu \partial_{u^\theta}(\rho^i_\gamma \partial_{x^i}L_d"
     r"-R^\nu_\gamma \partial_{u^\nu}L_d)=-L^\theta_\mu(FL_d)^\theta_\gamma$; in matrices"
     r" $W=-(FL)^TL$",
-    EVERYWHERE,
 )
 def W_is_minus_FL_L(s: Sample) -> Iterator[Claim]:
     W, L, FL = W_by_curves(s, s.x, s.u), s.L(s.x, s.u), FL_by_formula(s, s.x, s.u)
@@ -97,20 +91,14 @@ def W_is_minus_FL_L(s: Sample) -> Iterator[Claim]:
     yield same("in matrices", W, -FL.T * L)
 
 
-@checked(
-    "3.5-remark",
-    r"$L(y,0)=1$, so that $\Omega_{\gamma\mu}(y,0)=-(FL_d)^\mu_\gamma(y,0)$",
-    EVERYWHERE,
-)
+@checked("3.5-remark", r"$L(y,0)=1$, so that $\Omega_{\gamma\mu}(y,0)=-(FL_d)^\mu_\gamma(y,0)$")
 def at_the_identities(s: Sample) -> Iterator[Claim]:
     yield same("L(y, 0)", s.L(s.y, s.o), eye(s.m))
     yield same("Ω(y, 0)", W_by_curves(s, s.y, s.o), -FL_by_formula(s, s.y, s.o).T)
 
 
 @checked(
-    "3.5-8",
-    r"$\lambda_\mu(x,u,v)$: the left-hand side of the equations with $y=b(x,u)$ put in",
-    EVERYWHERE,
+    "3.5-8", r"$\lambda_\mu(x,u,v)$: the left-hand side of the equations with $y=b(x,u)$ put in"
 )
 def residual(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.w)
@@ -118,12 +106,7 @@ def residual(s: Sample) -> Iterator[Claim]:
     yield same("λ", lambda_(s, s.x, s.u, s.w), wanted)
 
 
-@checked(
-    "3.5-9",
-    r"$\partial\lambda_\mu/\partial v^\gamma=(FL_d)^\gamma_\mu(y,v)$",
-    EVERYWHERE,
-    free=("L",),
-)
+@checked("3.5-9", r"$\partial\lambda_\mu/\partial v^\gamma=(FL_d)^\gamma_\mu(y,v)$", free=("L",))
 def slope_of_the_residual(s: Sample) -> Iterator[Claim]:
     found = columns(s.m, lambda a: slope(lambda t: lambda_(s, s.x, s.u, s.v + t * s.e(a))))
     yield same("∂λ/∂v", found.T, FL_by_curves(s, s.y, s.v))
@@ -132,7 +115,6 @@ def slope_of_the_residual(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.5-Proposition 3.2",
     r"near a solution with regular $FL_d$ there is one $v$ to each $(x,u)$, and one $g$ to $h$",
-    EVERYWHERE,
     "alpha-as-index",
 )
 def evolution_exists(s: Sample) -> Iterator[Claim]:
@@ -158,7 +140,6 @@ def evolution_exists(s: Sample) -> Iterator[Claim]:
     r" $\overleftarrow{e_\gamma}=\rho^i_\gamma(\bar x) \partial_{\bar x^i}"
     r"-R^\mu_\gamma(\bar x,\bar u) \partial_{\bar u^\mu}$,"
     r" $\overrightarrow{e_\gamma}=-L^\mu_\gamma(\bar x,\bar u) \partial_{\bar u^\mu}$",
-    EVERYWHERE,
     "barred-signs",
 )
 def fields_adapted_to_beta(s: Sample) -> Iterator[Claim]:

@@ -15,7 +15,7 @@ from .sample import Sample
 definition("3.6.2-1", r"a group as a groupoid over one point")
 
 
-@checked("3.6.2-text", r"$\tau(\xi)\tau(-\xi)=e$; the product is that of the group", MATRIX)
+@checked("3.6.2-text", r"$\tau(\xi)\tau(-\xi)=e$; the product is that of the group", how=MATRIX)
 def retraction(s: Sample) -> Iterator[Claim]:
     g, h = s.tau(s.h * s.u), s.tau(s.h * s.v)
     yield same("τ(ξ)τ(−ξ)", g * s.tau(-s.h * s.u), eye(g.rows))
@@ -25,8 +25,8 @@ def retraction(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.6.2-2",
     r"$T_\xi\tau(\eta)=d\tau_\xi(\eta) \tau(\xi)$, and $d\tau^{-1}_{hu}=R$",
-    MATRIX,
     "dtau-step",
+    how=MATRIX,
 )
 def trivialised_tangent(s: Sample) -> Iterator[Claim]:
     xi = s.h * s.u
@@ -42,8 +42,8 @@ def trivialised_tangent(s: Sample) -> Iterator[Claim]:
     r"$\overleftarrow{e_\gamma}(\eta)=d\tau^{-1}_{h\eta}(Ad_{\tau(h\eta)}e_\gamma)$,"
     r" $\overrightarrow{e_\gamma}(\eta)=d\tau^{-1}_{h\eta}(e_\gamma)$ for"
     r" $e_\gamma=\partial_{u^\gamma}$, $h$ times the basis",
-    MATRIX,
     "fields-step",
+    how=MATRIX,
 )
 def fields(s: Sample) -> Iterator[Claim]:
     # e_γ is ∂/∂u^γ at the identity, h times the basis element [misprint: fields-step]
@@ -61,8 +61,8 @@ def fields(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.6.2-4",
     r"$\overleftarrow{e_\gamma}(\eta_k)(l)-\overrightarrow{e_\gamma}(\eta_{k+1})(l)=0$",
-    MATRIX,
     "l-for-L_d",
+    how=MATRIX,
 )
 def euler_poincare(s: Sample) -> Iterator[Claim]:
     if not s.n:
@@ -77,7 +77,7 @@ def euler_poincare(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.6.2-5",
     r"$Ad^\ast_{\tau(h\eta_k)}\mu_k-\mu_{k+1}=0$ is the same equation ($Ad^\ast$ the transpose)",
-    MATRIX,
+    how=MATRIX,
     free=("dL_d",),
 )
 def lie_poisson(s: Sample) -> Iterator[Claim]:
@@ -86,7 +86,9 @@ def lie_poisson(s: Sample) -> Iterator[Claim]:
     yield same("Ad*μ_k − μ_{k+1}", found, left(s, s.u) - right(s, s.w))
 
 
-@checked("3.6.2-6", r"$\mu_k=(d\tau^{-1}_{h\eta_k})^\ast \partial l/\partial\xi$ is $F^-$", MATRIX)
+@checked(
+    "3.6.2-6", r"$\mu_k=(d\tau^{-1}_{h\eta_k})^\ast \partial l/\partial\xi$ is $F^-$", how=MATRIX
+)
 def momentum(s: Sample) -> Iterator[Claim]:
     if not s.n:
         g = (s.x, s.u)
@@ -100,7 +102,7 @@ def momentum(s: Sample) -> Iterator[Claim]:
     r"$cay(\xi)=(e-\frac\xi2)^{-1}(e+\frac\xi2)$,"
     r" $dcay_\xi\eta=(e-\frac\xi2)^{-1}\eta(e+\frac\xi2)^{-1}$,"
     r" $dcay^{-1}_\xi\eta=(e-\frac\xi2)\eta(e+\frac\xi2)$",
-    CAYLEY,
+    how=CAYLEY,
 )
 def cayley(s: Sample) -> Iterator[Claim]:
     minus, plus = half_steps(s, s.u)
@@ -119,8 +121,8 @@ def cayley(s: Sample) -> Iterator[Claim]:
     "3.6.2-8",
     r"$\overleftarrow{e_\gamma}=(e+\frac{h\eta}2)e_\gamma(e-\frac{h\eta}2)$,"
     r" $\overrightarrow{e_\gamma}=(e-\frac{h\eta}2)e_\gamma(e+\frac{h\eta}2)$",
-    CAYLEY,
     "so3-for-g",
+    how=CAYLEY,
 )
 def cayley_fields(s: Sample) -> Iterator[Claim]:
     minus, plus = half_steps(s, s.u)
@@ -135,8 +137,8 @@ def cayley_fields(s: Sample) -> Iterator[Claim]:
     "3.6.2-9",
     r"the equations with these, and multiplied out:"
     r" $e_\gamma\mp\frac h2[e_\gamma,\eta]-\frac{h^2}4\eta e_\gamma\eta$",
-    CAYLEY,
     "Lie-Poincare",
+    how=CAYLEY,
 )
 def cayley_equations(s: Sample) -> Iterator[Claim]:
     if not s.n:

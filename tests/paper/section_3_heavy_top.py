@@ -55,7 +55,9 @@ def bench_equations() -> Any:
 
 
 @checked(
-    "3.7-7", r"$L_c=\frac12\Omega\cdot I\Omega-mgd \Gamma\cdot e$, the scene `heavy-top`", SYMBOLIC
+    "3.7-7",
+    r"$L_c=\frac12\Omega\cdot I\Omega-mgd \Gamma\cdot e$, the scene `heavy-top`",
+    how=SYMBOLIC,
 )
 def lagrangian() -> Iterator[Claim]:
     wanted = now.dot(momentum(now)) / 2 - mgd * Gamma.dot(e)
@@ -67,8 +69,8 @@ def lagrangian() -> Iterator[Claim]:
     r"$\overleftarrow{C_{e_\gamma}}=(0,(e+\frac{h\eta}2)e_\gamma(e-\frac{h\eta}2))$,"
     r" $\overrightarrow{C_{e_\gamma}}="
     r"(-h\Gamma e_\gamma,(e-\frac{h\eta}2)e_\gamma(e+\frac{h\eta}2))$",
-    SYMBOLIC,
     "heavy-top-field",
+    how=SYMBOLIC,
 )
 def fields() -> Iterator[Claim]:
     L, R = cayley.invariant_fields(so(3), h * now)
@@ -91,8 +93,8 @@ definition("3.7-9", r"$\eta$, the matrix of $\Omega$ in the basis of $so(3)$", "
     "3.7-10",
     r"the equations with $+h \Gamma_{k+1}e_\gamma\cdot\partial L_c/\partial\Gamma$,"
     r" $\Gamma_{k+1}=\Gamma_k cay(h\eta_k)$",
-    SYMBOLIC,
     "l-for-L_d",
+    how=SYMBOLIC,
 )
 def equations() -> Iterator[Claim]:
     a, b, one = h / 2 * eta(now), h / 2 * eta(then), eye(3)
@@ -128,8 +130,8 @@ def check_component(index: int) -> Iterator[Claim]:
 @checked(
     "3.7-11",
     r"first component, with the torque $-hmgd(Z_{k+1}e_2-Y_{k+1}e_3)$",
-    SYMBOLIC,
     "heavy-top-torque",
+    how=SYMBOLIC,
 )
 def first() -> Iterator[Claim]:
     yield from check_component(0)
@@ -138,9 +140,9 @@ def first() -> Iterator[Claim]:
 @checked(
     "3.7-12",
     r"second component, with the torque $-hmgd(X_{k+1}e_3-Z_{k+1}e_1)$",
-    SYMBOLIC,
     "heavy-top-torque",
     "dangling-plus",
+    how=SYMBOLIC,
 )
 def second() -> Iterator[Claim]:
     yield from check_component(1)
@@ -151,9 +153,9 @@ def second() -> Iterator[Claim]:
     r"third component, with $1+\frac{h^2\Omega_3^2}4$ and the torque"
     r" $+hmgd(X_{k+1}e_2-Y_{k+1}e_1)$; $\Gamma_{k+1}=\Gamma_k(e-\frac{h\eta_k}2)^{-1}"
     r"(e+\frac{h\eta_k}2)$",
-    SYMBOLIC,
     "heavy-top-torque",
     "so3-square",
+    how=SYMBOLIC,
 )
 def third() -> Iterator[Claim]:
     yield from check_component(2)

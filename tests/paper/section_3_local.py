@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from sympy import Matrix, eye, zeros
 
 from .numbers import columns, mixed_slope, slope
-from .rows import CAYLEY, EVERYWHERE, MATRIX, Claim, checked, definition, same
+from .rows import CAYLEY, MATRIX, Claim, checked, definition, same
 from .sample import Sample
 from .section_2_groupoids import arrow
 
@@ -19,7 +19,7 @@ from .section_2_groupoids import arrow
     r" $g^{-1}+g^{-\ast}=g^{-1}(g+g^\ast)g^{-\ast}$; and $g^{-1}(e+gk)=k+g^{-1}$, whose right side"
     r" has a positive real part: no eigenvalue of $gk$ is $-1$, nor negative, so that the charts of"
     r" both retractions hold it",
-    MATRIX,
+    how=MATRIX,
 )
 def symmetric_neighbourhood(s: Sample) -> Iterator[Claim]:
     g, k = s.tau(s.h * s.u), s.tau(s.h * s.v)
@@ -34,7 +34,7 @@ def symmetric_neighbourhood(s: Sample) -> Iterator[Claim]:
     "3.1-Cayley",
     r"there $W$ is $\Vert\xi\Vert_2=\Vert hu\Vert_2$ below 2, on $SO(3)$ less than a quarter turn:"
     r" $(e-\frac\xi2)^\ast(g+g^\ast)(e-\frac\xi2)=2(e-\frac14\xi^\ast\xi)$",
-    CAYLEY,
+    how=CAYLEY,
 )
 def neighbourhood_in_the_chart(s: Sample) -> Iterator[Claim]:
     g, xi = s.tau(s.h * s.u), s.g.algebra.hat(s.h * s.u)
@@ -46,19 +46,19 @@ def neighbourhood_in_the_chart(s: Sample) -> Iterator[Claim]:
 definition("3.2-1", r"$(x,u)\cdot(y,v)=(x,p(x,u,v))$")
 
 
-@checked("3.2-2", r"$b(b(x,u),v)=b(x,p(x,u,v))$", EVERYWHERE)
+@checked("3.2-2", r"$b(b(x,u),v)=b(x,p(x,u,v))$")
 def target_of_a_product(s: Sample) -> Iterator[Claim]:
     yield same("target", s.b(s.b(s.x, s.u), s.v), s.b(s.x, s.p(s.x, s.u, s.v)))
 
 
-@checked("3.2-3", r"$p(x,u,0)=u$, $p(x,0,v)=v$; also $b(x,0)=x$", EVERYWHERE)
+@checked("3.2-3", r"$p(x,u,0)=u$, $p(x,0,v)=v$; also $b(x,0)=x$")
 def units(s: Sample) -> Iterator[Claim]:
     yield same("b(x, 0) = x", s.b(s.x, s.o), s.x)
     yield same("right unit", s.p(s.x, s.u, s.o), s.u)
     yield same("left unit", s.p(s.x, s.o, s.v), s.v)
 
 
-@checked("3.2-4", r"$p(x,p(x,u,v),w)=p(x,u,p(y,v,w))$", EVERYWHERE)
+@checked("3.2-4", r"$p(x,p(x,u,v),w)=p(x,u,p(y,v,w))$")
 def associativity(s: Sample) -> Iterator[Claim]:
     left = s.p(s.x, s.p(s.x, s.u, s.v), s.w)
     yield same("associativity", left, s.p(s.x, s.u, s.p(s.b(s.x, s.u), s.v, s.w)))
@@ -68,7 +68,6 @@ def associativity(s: Sample) -> Iterator[Claim]:
     "3.2-5",
     r"$\rho=\partial b/\partial u (x,0)$, $L=\partial p/\partial v (x,u,0)$,"
     r" $R=\partial p/\partial u (x,0,v)$ are the functions in use",
-    EVERYWHERE,
 )
 def rho_L_R(s: Sample) -> Iterator[Claim]:
     o, e = s.o, s.e
@@ -84,7 +83,6 @@ def rho_L_R(s: Sample) -> Iterator[Claim]:
     "3.2-6",
     r"$\partial p/\partial u=1$ and $\partial^2p/\partial u\partial u=0$ at $(x,u,0)$;"
     r" the same in $v$ at $(x,0,v)$",
-    EVERYWHERE,
 )
 def derivatives_of_p(s: Sample) -> Iterator[Claim]:
     def of_u(du: Matrix) -> Matrix:
@@ -107,7 +105,6 @@ def derivatives_of_p(s: Sample) -> Iterator[Claim]:
     "3.2-7",
     r"$C^\gamma_{\mu\nu}=\partial^2p^\gamma/\partial u^\mu\partial v^\nu"
     r"-\partial^2p^\gamma/\partial v^\mu\partial u^\nu$ at $(x,0,0)$ are the functions in use",
-    EVERYWHERE,
 )
 def structure_functions(s: Sample) -> Iterator[Claim]:
     mixed = [
@@ -122,7 +119,6 @@ def structure_functions(s: Sample) -> Iterator[Claim]:
     "3.2-8",
     r"$C^\gamma_{\mu\nu}=\partial L^\gamma_\nu/\partial u^\mu-\partial L^\gamma_\mu/\partial u^\nu"
     r"=\partial R^\gamma_\mu/\partial v^\nu-\partial R^\gamma_\nu/\partial v^\mu$ at $(x,0)$",
-    EVERYWHERE,
 )
 def structure_functions_of_L_and_R(s: Sample) -> Iterator[Claim]:
     dL = [slope(lambda t, a=a: s.L(s.x, t * s.e(a))) for a in range(s.m)]
@@ -132,13 +128,13 @@ def structure_functions_of_L_and_R(s: Sample) -> Iterator[Claim]:
         yield same("by R", Matrix(s.m, s.m, lambda a, b, c=c: dR[b][c, a] - dR[a][c, b]), wanted)
 
 
-@checked("3.2-9", r"$i(x,u)=(b(x,u),\iota(x,u))$ is an involution", EVERYWHERE)
+@checked("3.2-9", r"$i(x,u)=(b(x,u),\iota(x,u))$ is an involution")
 def involution(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     yield same("i(i(g)) = g", arrow(s.inverse(s.inverse(g))), arrow(g))
 
 
-@checked("3.2-10", r"$\iota(x,0)=0$", EVERYWHERE)
+@checked("3.2-10", r"$\iota(x,0)=0$")
 def inverse_of_a_unit(s: Sample) -> Iterator[Claim]:
     yield same("ι(x, 0)", s.iota(s.x, s.o), s.o)
 
@@ -147,7 +143,6 @@ def inverse_of_a_unit(s: Sample) -> Iterator[Claim]:
     "3.2-11",
     r"$\partial p^\gamma/\partial u^\mu (x,u,\iota)"
     r"+\partial\iota^\nu/\partial u^\mu \partial p^\gamma/\partial v^\nu (x,u,\iota)=0$",
-    EVERYWHERE,
 )
 def derivative_of_p_at_the_inverse(s: Sample) -> Iterator[Claim]:
     w = s.iota(s.x, s.u)
@@ -158,13 +153,13 @@ def derivative_of_p_at_the_inverse(s: Sample) -> Iterator[Claim]:
     yield same("its derivative", p_u, -p_v * d_iota)
 
 
-@checked("3.2-12", r"$\partial\iota^\gamma/\partial u^\mu (x,0)=-\delta^\gamma_\mu$", EVERYWHERE)
+@checked("3.2-12", r"$\partial\iota^\gamma/\partial u^\mu (x,0)=-\delta^\gamma_\mu$")
 def derivative_of_iota(s: Sample) -> Iterator[Claim]:
     found = columns(s.m, lambda a: slope(lambda t: s.iota(s.x, t * s.e(a))))
     yield same("∂ι/∂u", found, -eye(s.m))
 
 
-@checked("3.3-1", r"$l_{(x_0,u_0)}(b(x_0,u_0),v)=(x_0,p(x_0,u_0,v))$", EVERYWHERE)
+@checked("3.3-1", r"$l_{(x_0,u_0)}(b(x_0,u_0),v)=(x_0,p(x_0,u_0,v))$")
 def left_translation(s: Sample) -> Iterator[Claim]:
     y = s.b(s.x, s.u)
     moved = (s.x, s.p(s.x, s.u, s.v))
@@ -173,7 +168,7 @@ def left_translation(s: Sample) -> Iterator[Claim]:
     yield same("and is undone by g⁻¹", arrow(back), arrow((y, s.v)))
 
 
-@checked("3.3-2", r"$r_{(x_0,u_0)}(x,u)=(x,p(x,u,u_0))$ where $b(x,u)=x_0$", EVERYWHERE)
+@checked("3.3-2", r"$r_{(x_0,u_0)}(x,u)=(x,p(x,u,u_0))$ where $b(x,u)=x_0$")
 def right_translation(s: Sample) -> Iterator[Claim]:
     h = (s.b(s.x, s.u), s.v)
     moved = (s.x, s.p(s.x, s.u, s.v))
@@ -185,7 +180,6 @@ def right_translation(s: Sample) -> Iterator[Claim]:
     "3.3-3",
     r"$\overleftarrow{e_\gamma}=\partial p^\mu/\partial v^\gamma (x,u,0) \partial_{u^\mu}"
     r"=L^\mu_\gamma \partial_{u^\mu}$",
-    EVERYWHERE,
 )
 def left_fields(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
@@ -197,7 +191,6 @@ def left_fields(s: Sample) -> Iterator[Claim]:
     "3.3-text",
     r"$f_\gamma=\rho^i_\gamma\partial_{x^i}-\partial_{u^\gamma}\in\ker T\beta$ at the identities,"
     r" $Ti(e_\gamma)=f_\gamma$",
-    EVERYWHERE,
 )
 def right_basis(s: Sample) -> Iterator[Claim]:
     f = s.rho(s.x).col_join(-eye(s.m))
@@ -213,7 +206,6 @@ def right_basis(s: Sample) -> Iterator[Claim]:
     "3.3-4",
     r"$\overrightarrow{e_\gamma}=T r_g(-f_\gamma)=-\rho^i_\gamma \partial_{x^i}"
     r"+R^\mu_\gamma \partial_{u^\mu}$, since $\partial p/\partial x (x,0,u)=0$",
-    EVERYWHERE,
 )
 def right_fields(s: Sample) -> Iterator[Claim]:
     rho = s.rho(s.x)
@@ -239,7 +231,6 @@ def right_fields(s: Sample) -> Iterator[Claim]:
     "3.4-text",
     r"anchor $\rho(y^\gamma e_\gamma)=\rho^i_\gamma y^\gamma\partial_{x^i}$ and bracket"
     r" $C^\nu_{\gamma\mu}e_\nu$: the anchor is a morphism",
-    EVERYWHERE,
     "E-for-AG",
 )
 def algebroid(s: Sample) -> Iterator[Claim]:

@@ -55,7 +55,7 @@ def at_target(expression: Any) -> Any:
 
 
 @checked(
-    "3.6.1-1", r"$\alpha,\beta,\epsilon,i,m$ of $M\times M$, in the coordinates below", SYMBOLIC
+    "3.6.1-1", r"$\alpha,\beta,\epsilon,i,m$ of $M\times M$, in the coordinates below", how=SYMBOLIC
 )
 def structure() -> Iterator[Claim]:
     # (x₁, x₂) = (x, b(x, u)); the last point of a product is that of its second factor
@@ -69,7 +69,7 @@ def structure() -> Iterator[Claim]:
 definition("3.6.1-2", r"$u^i=(x^i(x_2)-x^i(x_1))/h$")
 
 
-@checked("3.6.1-text", r"$b=x+hu$, $p=u+v$, $i(x,u)=(x+hu,-u)$", SYMBOLIC)
+@checked("3.6.1-text", r"$b=x+hu$, $p=u+v$, $i(x,u)=(x+hu,-u)$", how=SYMBOLIC)
 def local_maps() -> Iterator[Claim]:
     points = [x, x + h * u, x + h * u + h * v]
     yield same("p", (points[2] - points[0]) / h, G.product(x, u, v, h))
@@ -80,7 +80,7 @@ def local_maps() -> Iterator[Claim]:
     "3.6.1-3",
     r"$\overleftarrow{\partial_{u^i}}=\partial_{u^i}$,"
     r" $\overrightarrow{\partial_{u^i}}=-h \partial_{x^i}+\partial_{u^i}$",
-    SYMBOLIC,
+    how=SYMBOLIC,
 )
 def fields() -> Iterator[Claim]:
     one = Matrix.eye(2)
@@ -92,7 +92,7 @@ def fields() -> Iterator[Claim]:
 @checked(
     "3.6.1-4",
     r"$\partial_{u}L_d(x,u)+h \partial_{x}L_d(y,v)-\partial_{u}L_d(y,v)=0$, $y=x+hu$",
-    SYMBOLIC,
+    how=SYMBOLIC,
 )
 def equations() -> Iterator[Claim]:
     # L_d(x, u) = S(x, x + hu): the variation of S(x, y) + S(y, z) in y, times h
@@ -109,7 +109,7 @@ def equations() -> Iterator[Claim]:
 @checked(
     "3.6.1-5",
     r"regular iff $h \partial_{x^i}\partial_{u^j}L_d-\partial_{u^i}\partial_{u^j}L_d$ is",
-    SYMBOLIC,
+    how=SYMBOLIC,
 )
 def regularity() -> Iterator[Claim]:
     minus = gradient(discrete, u, x, u) - h * gradient(discrete, x, x, u)
@@ -137,7 +137,7 @@ def by_ends(at: Any, velocity: Any) -> Any:
 @checked(
     "3.6.1-8",
     r"$M\frac{v-u}h=-\frac12(V'(x+\frac h2u)+V'(y+\frac h2v))$: the implicit midpoint rule",
-    SYMBOLIC,
+    how=SYMBOLIC,
 )
 def midpoint_rule() -> Iterator[Claim]:
     middle, next_middle = x + h * u / 2, y + h * v / 2
@@ -154,7 +154,7 @@ def midpoint_rule() -> Iterator[Claim]:
 @checked(
     "3.6.1-9",
     r"$\frac h2(L(x,u)+L(x+hu,u))=\frac h2u^TMu-\frac h2(V(x)+V(x+hu))$, the rule `trapezoidal`",
-    SYMBOLIC,
+    how=SYMBOLIC,
 )
 def mean_of_the_ends() -> Iterator[Claim]:
     def L(at: Any, velocity: Any) -> Any:
@@ -164,7 +164,7 @@ def mean_of_the_ends() -> Iterator[Claim]:
     yield same("the bench's", bench(trapezoidal), own(by_ends))
 
 
-@checked("3.6.1-10", r"$M\frac{v-u}h=-V'(y)$: Störmer–Verlet", SYMBOLIC)
+@checked("3.6.1-10", r"$M\frac{v-u}h=-V'(y)$: Störmer–Verlet", how=SYMBOLIC)
 def stoermer_verlet() -> Iterator[Claim]:
     printed_side = M * (v - u) / h + force(y)
     yield same("the equations", at_target(by_fields(by_ends)), at_target(-(h**2) * printed_side))

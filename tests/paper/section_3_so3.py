@@ -25,7 +25,7 @@ def slopes(at: Any) -> Any:
     return Matrix([Function(f"L_{letter}")(*at) for letter in "xyz"])
 
 
-@checked("3.6.2-10", r"the basis $e_1,e_2,e_3$ of $so(3)$", SYMBOLIC)
+@checked("3.6.2-10", r"the basis $e_1,e_2,e_3$ of $so(3)$", how=SYMBOLIC)
 def basis() -> Iterator[Claim]:
     for index in range(3):
         yield same("the bench's", so(3).hat(eye(3)[:, index]), E[index])
@@ -36,9 +36,9 @@ def basis() -> Iterator[Claim]:
 @checked(
     "3.6.2-11",
     r"the equations in components, with $1+\frac{h^2z^2}4$ in the third",
-    SYMBOLIC,
     "so3-square",
     "dangling-plus",
+    how=SYMBOLIC,
 )
 def components() -> Iterator[Claim]:
     """The third equation has h²z² for the printed h²z [misprint: so3-square]."""

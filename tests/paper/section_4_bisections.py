@@ -9,7 +9,7 @@ from sympy import Matrix, Rational, symbols, zeros
 
 from .bisections import Translations
 from .numbers import columns, slope
-from .rows import EVERYWHERE, SYMBOLIC, Claim, broken, checked, definition, same
+from .rows import SYMBOLIC, Claim, broken, checked, definition, same
 from .sample import Sample
 from .section_2_groupoids import arrow
 from .section_3_equations import newton
@@ -18,7 +18,6 @@ from .section_3_equations import newton
 @checked(
     "4.1-1",
     r"$(\beta\circ\Sigma_\alpha)^{-1}=\alpha\circ\Sigma_\beta$, and the other way round",
-    EVERYWHERE,
     "alpha-without-bar",
 )
 def sections(s: Sample) -> Iterator[Claim]:
@@ -41,7 +40,7 @@ def sections(s: Sample) -> Iterator[Claim]:
     r"$A\oplus C=B\oplus C=V$: with bases $c,a$ of $A$ and $c,b$ of $B$, completed by $d$ to one of"
     r" $V$, $C=span(a+b,d)$ has $\det[c,a,a+b,d]=\det[c,a,b,d]=-\det[c,b,a+b,d]$;"
     r" checked where $c,a,b,d$ are one vector each, $4=1+1+1+1$",
-    SYMBOLIC,
+    how=SYMBOLIC,
     spoilt=True,
 )
 def common_complement() -> Iterator[Claim]:
@@ -60,7 +59,6 @@ definition("4.1-3", r"$R_\Sigma(g)=gh$ with $h=\Sigma_\alpha(\beta(g))$")
     "4.1-text",
     r"$L_\Sigma$ keeps $\beta$-fibres, $R_\Sigma$ by the coordinates $\alpha$-fibres;"
     r" $L_\Sigma\circ l_g=l_{\Sigma\cdot g}$, $R_\Sigma\circ r_g=r_{g\cdot\Sigma}$",
-    EVERYWHERE,
     "preserves-alpha",
     "R-for-r",
 )
@@ -73,7 +71,7 @@ def fibres(s: Sample) -> Iterator[Claim]:
     yield same("(gk)·Σ = g(k·Σ)", arrow(to.right(product)), arrow(s.times(g, to.right(k))))
 
 
-@checked("4.1-4", r"$TL_\Sigma(\overleftarrow{X}(g))=\overleftarrow{X}(L_\Sigma g)$", EVERYWHERE)
+@checked("4.1-4", r"$TL_\Sigma(\overleftarrow{X}(g))=\overleftarrow{X}(L_\Sigma g)$")
 def left_fields_are_carried(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     x, u = to.g_W
@@ -82,7 +80,7 @@ def left_fields_are_carried(s: Sample) -> Iterator[Claim]:
     yield same("TL_Σ", moved, s.left(*to.left((x, u))))
 
 
-@checked("4.1-5", r"$TR_\Sigma(\overrightarrow{X}(g))=\overrightarrow{X}(R_\Sigma g)$", EVERYWHERE)
+@checked("4.1-5", r"$TR_\Sigma(\overrightarrow{X}(g))=\overrightarrow{X}(R_\Sigma g)$")
 def right_fields_are_carried(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     x, u = to.h_W
@@ -98,7 +96,6 @@ def right_fields_are_carried(s: Sample) -> Iterator[Claim]:
 @checked(
     "4.1-Proposition 4.6",
     r"a local bisection passes through every arrow: here through $g$ and through $h$",
-    EVERYWHERE,
     "W-lower-beta",
 )
 def through_every_arrow(s: Sample) -> Iterator[Claim]:

@@ -12,7 +12,7 @@ from discmech.integrators import pair
 from .bisections import Arrow, Translations
 from .curves import W_by_formula, minus_by_curve, plus_by_curve, rank_of_legendre, singular
 from .numbers import columns, mixed_slope, slope
-from .rows import EVERYWHERE, MATRIX, SYMBOLIC, Claim, checked, definition, printed, same
+from .rows import MATRIX, SYMBOLIC, Claim, checked, definition, printed, same
 from .sample import Sample, rank
 from .section_2_groupoids import arrow
 from .section_3_equations import newton
@@ -21,7 +21,6 @@ from .section_3_equations import newton
 @checked(
     "4.2-1",
     r"$(g_0,h_0)$ is a solution: $\overleftarrow{X}(g_0)(L_d)-\overrightarrow{X}(h_0)(L_d)=0$",
-    EVERYWHERE,
 )
 def a_solution(s: Sample) -> Iterator[Claim]:
     yield same("by curves", _by_curves(s, (s.x, s.u), (s.y, s.v)), s.o)
@@ -34,7 +33,6 @@ definition("4.2-2", r"$x_0=\beta(g_0)=\alpha(h_0)$")
     "4.2-3",
     r"the equations are $\overleftarrow{e_\gamma}(g)(L_d)-\overrightarrow{e_\gamma}(h)(L_d)=0$: of"
     r" a section $f^\gamma e_\gamma$ both sides have the factors $f^\gamma(\beta(g))$",
-    EVERYWHERE,
 )
 def equations(s: Sample) -> Iterator[Claim]:
     f = Matrix(s.m, 1, [1 + a + sum(y**2 for y in s.y) for a in range(s.m)])  # at β(g) = α(h)
@@ -52,7 +50,6 @@ def equations(s: Sample) -> Iterator[Claim]:
     "4.2-4",
     r"they are $(TL_{\Sigma_0}\overleftarrow{e_\gamma}(g_W))(L_d)"
     r"-(TR_{\Upsilon_0}\overrightarrow{e_\gamma}(h_W))(L_d)=0$",
-    EVERYWHERE,
     free=("L_d",),
 )
 def pushed_fields(s: Sample) -> Iterator[Claim]:
@@ -71,7 +68,6 @@ def pushed_fields(s: Sample) -> Iterator[Claim]:
     "4.2-5",
     r"or $\overleftarrow{e_\gamma}(g_W)(L_d\circ L_{\Sigma_0})"
     r"-\overrightarrow{e_\gamma}(h_W)(L_d\circ R_{\Upsilon_0})=0$",
-    EVERYWHERE,
 )
 def composed_with_translations(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
@@ -82,11 +78,7 @@ def composed_with_translations(s: Sample) -> Iterator[Claim]:
     yield same("at the solution", found, s.o)
 
 
-@checked(
-    "4.2-6",
-    r"$(g,h)=(L_{\Sigma_0}(g_W),R_{\Upsilon_0}(h_W))$ is composable iff $y=b(x,u)$",
-    EVERYWHERE,
-)
+@checked("4.2-6", r"$(g,h)=(L_{\Sigma_0}(g_W),R_{\Upsilon_0}(h_W))$ is composable iff $y=b(x,u)$")
 def composable(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     yield same("β(L_Σ(g_W)) = b(x, u)", s.b(*to.left(to.g_W)), s.b(*to.g_W))
@@ -98,7 +90,6 @@ def composable(s: Sample) -> Iterator[Claim]:
     r"$L^\gamma_\mu \partial_{u^\gamma}(L_d\circ L_{\Sigma_0})(x,u)"
     r"+\rho^i_\mu \partial_{x^i}(L_d\circ R_{\Upsilon_0})(y,v)"
     r"-R^\gamma_\mu \partial_{u^\gamma}(L_d\circ R_{\Upsilon_0})(y,v)=0$",
-    EVERYWHERE,
     free=("L_d",),
 )
 def local_equations(s: Sample) -> Iterator[Claim]:
@@ -114,7 +105,6 @@ def local_equations(s: Sample) -> Iterator[Claim]:
     r"$(FL_d)^\gamma_\mu=\rho^i_\mu \partial_{x^i}\partial_{u^\gamma}(L_d\circ R_{\Upsilon_0})"
     r"-\partial_{u^\gamma}R^\nu_\mu \partial_{u^\nu}(L_d\circ R_{\Upsilon_0})"
     r"-R^\nu_\mu \partial_{u^\nu}\partial_{u^\gamma}(L_d\circ R_{\Upsilon_0})$",
-    EVERYWHERE,
     free=("L_d",),
     dear=True,
 )
@@ -134,7 +124,6 @@ def matrix_FL(s: Sample) -> Iterator[Claim]:
     r"$R_{\Upsilon_0}$ maps $\alpha^{-1}(x_0)$ to itself, by the coordinates, and onto: $h'$ is"
     r" $R_{\Upsilon_0}(h)$ for $h=h'[(\Upsilon_0)_\alpha(x)]^{-1}$ with"
     r" $(\beta\circ(\Upsilon_0)_\alpha)(x)=\beta(h')$",
-    EVERYWHERE,
     "local-diffeomorphism",
 )
 def onto_the_fibre(s: Sample) -> Iterator[Claim]:
@@ -156,11 +145,7 @@ definition(
 )
 
 
-@checked(
-    "4.2-11",
-    r"$\overrightarrow{e_\mu}(h)=TR_{\Upsilon_0}(\overrightarrow{e_\mu}(h_W))$",
-    EVERYWHERE,
-)
+@checked("4.2-11", r"$\overrightarrow{e_\mu}(h)=TR_{\Upsilon_0}(\overrightarrow{e_\mu}(h_W))$")
 def right_fields(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
 
@@ -176,7 +161,6 @@ def right_fields(s: Sample) -> Iterator[Claim]:
     r"$\overrightarrow{e_\mu}(L_d)\circ R_{\Upsilon_0}=-\rho^i_\mu \partial_{x^i}(L_d\circ"
     r" R_{\Upsilon_0})+R^\nu_\mu \partial_{u^\nu}(L_d\circ R_{\Upsilon_0})$; its derivative along"
     r" $w^\gamma$ is $-(FL_d)^\gamma_\mu(x_0,0)$",
-    EVERYWHERE,
     dear=True,
 )
 def right_derivative(s: Sample) -> Iterator[Claim]:
@@ -193,18 +177,13 @@ def right_derivative(s: Sample) -> Iterator[Claim]:
     "4.2-13",
     r"$F^-_{L_d}(x,u)=(x,-\rho^i_\gamma \partial_{x^i}(L_d\circ R_{\Upsilon_0})"
     r"+R^\mu_\gamma \partial_{u^\mu}(L_d\circ R_{\Upsilon_0}))$",
-    EVERYWHERE,
 )
 def legendre(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     yield same("F⁻ at R_Υ(h_W)", _minus(to, *to.h_W), s.minus(*to.right(to.h_W)))
 
 
-@checked(
-    "4.2-14",
-    r"in $(\bar x,\bar u)=(x,u)\circ i$ composable iff $\bar y=b(\bar x,\bar u)$",
-    EVERYWHERE,
-)
+@checked("4.2-14", r"in $(\bar x,\bar u)=(x,u)\circ i$ composable iff $\bar y=b(\bar x,\bar u)$")
 def composable_barred(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     (bar_y, _), bar_h = s.inverse(to.g_W), s.inverse(to.h_W)
@@ -217,7 +196,6 @@ def composable_barred(s: Sample) -> Iterator[Claim]:
     r"$0=-\rho^i_\mu \partial_{\bar x^i}(L_d\circ L_{\Sigma_0})+R^\gamma_\mu"
     r" \partial_{\bar u^\gamma}(L_d\circ L_{\Sigma_0})-L^\gamma_\mu \partial_{\bar u^\gamma}"
     r"(L_d\circ R_{\Upsilon_0})$ in barred coordinates",
-    EVERYWHERE,
     "x0-u0-v0",
     free=("L_d",),
 )
@@ -237,7 +215,6 @@ def barred_equations(s: Sample) -> Iterator[Claim]:
     r"(L_d\circ L_{\Sigma_0})-\partial_{\bar u^\gamma}R^\nu_\mu \partial_{\bar u^\nu}"
     r"(L_d\circ L_{\Sigma_0})-R^\nu_\mu \partial_{\bar u^\nu}\partial_{\bar u^\gamma}"
     r"(L_d\circ L_{\Sigma_0})$",
-    EVERYWHERE,
     "implicit2",
     "FL-without-d",
     free=("L", "L_d"),
@@ -264,8 +241,7 @@ def matrix_barred_FL(s: Sample) -> Iterator[Claim]:
     "4.2-Theorem 4.9",
     r"equivalent: $FL_d(x_0,0)$ regular; $\Omega$ non-degenerate at $h_0$; $F^-$ a local"
     r" diffeomorphism there. All three have one rank, also where it is $m-1$",
-    EVERYWHERE,
-    free=("L",),  # regular, and a factor of Ω
+    free=("L",),
     dear=True,
 )
 def regular_at_h(s: Sample) -> Iterator[Claim]:
@@ -282,7 +258,6 @@ def regular_at_h(s: Sample) -> Iterator[Claim]:
     r"equivalent: $FL_d(x_0,0)$ and $\overline{FL}(x_0,0)$ regular; $\Omega$ non-degenerate at"
     r" $g_0$ and $h_0$; $F^+$ and $F^-$ local diffeomorphisms there. At $g_0$ the matrix is"
     r" $\overline{FL}$ of $L_d\circ L_{\Sigma_0}$",
-    EVERYWHERE,
     "implicit2",
     dear=True,
 )
@@ -303,8 +278,8 @@ def regular_at_both(s: Sample) -> Iterator[Claim]:
     r"to Theorem 4.10 with (40) as printed: $M\times M$, $h=1$, $L_d=\frac12a^2b$ on arrows"
     r" $(a,b)$, $g_0=(0,1)$, $h_0=(1,0)$ is a solution where both printed matrices are regular,"
     r" but $\Omega$ is degenerate at $g_0$ and $\Psi(a,b)=(b,-\frac{a^2}{2b})$ no diffeomorphism",
-    SYMBOLIC,
     "implicit2",
+    how=SYMBOLIC,
 )
 def counterexample() -> Iterator[Claim]:
     a, b, x, u = symbols("a b x u")
@@ -341,7 +316,7 @@ def counterexample() -> Iterator[Claim]:
 definition("4.2-17", r"$\Xi$: to each $h$ the $g$ with $(g,h)$ a solution")
 
 
-@checked("4.2-18", r"$\Psi\circ\Xi=id$, $\Xi\circ\Psi=id$", EVERYWHERE)
+@checked("4.2-18", r"$\Psi\circ\Xi=id$, $\Xi\circ\Psi=id$")
 def forth_and_back(s: Sample) -> Iterator[Claim]:
     to, near = Translations(s), Rational(1, 10**25)
     x = s.y + near * Matrix(s.n, 1, [1 + i for i in range(s.n)])
@@ -360,7 +335,7 @@ def forth_and_back(s: Sample) -> Iterator[Claim]:
     "4.3-1",
     r"on a group, with $g\in g_IW$ and $h\in Wh_J$: $(TL_{g_I}\overleftarrow{e_\gamma}(g_I^{-1}g))"
     r"(L_d)-(TR_{h_J}\overrightarrow{e_\gamma}(hh_J^{-1}))(L_d)=0$",
-    MATRIX,
+    how=MATRIX,
 )
 def with_two_elements(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.v)
