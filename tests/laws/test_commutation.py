@@ -68,14 +68,9 @@ def top_on_the_group(center=("2/3", "1/3", "2/3")):
 
     attitude = [int(i == j) for i in range(3) for j in range(3)]
     return Scene(
-        "heavy-top-on-the-group",
-        action(so(3), rows=3),
-        lagrangian,
-        {**top.parameters, "center": center},
-        x0=attitude,
-        v0=top.v0,
-        step=top.step,
-    )
+        "heavy-top-on-the-group", action(so(3), rows=3), lagrangian,
+        {**top.parameters, "center": center}, x0=attitude, v0=top.v0, step=top.step,
+    )  # fmt: skip
 
 
 @pytest.mark.dear(but=("rectangle",))
@@ -189,14 +184,10 @@ def test_a_product_of_what_has_nothing_to_do_with_each_other():
         return both[0] + both[1]
 
     both = Scene(
-        "both",
-        product(pair(1), lie_group(so(3))),
-        lagrangian,
-        {**pendulum.parameters, **body.parameters},
-        x0=pendulum.x0,
-        v0=[*pendulum.v0, *body.v0],
+        "both", product(pair(1), lie_group(so(3))), lagrangian,
+        {**pendulum.parameters, **body.parameters}, x0=pendulum.x0, v0=[*pendulum.v0, *body.v0],
         step="0.1",
-    )
+    )  # fmt: skip
     for rule in RULES:
         together = run(both, rule)
         one, two = run(pendulum, rule), run(body, rule)

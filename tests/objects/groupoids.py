@@ -35,22 +35,16 @@ def compose(u, v, h):
 
 def so3_by_hand():
     return LocalGroupoid(
-        0,
-        3,
-        target=lambda x, u, h: [],
-        product=lambda x, u, v, h: compose(u, v, h),
+        0, 3, target=lambda x, u, h: [], product=lambda x, u, v, h: compose(u, v, h),
         name="so(3) by hand",
-    )
+    )  # fmt: skip
 
 
 def action_by_hand():
     return LocalGroupoid(
-        3,
-        3,
-        target=rotate_back,
-        product=lambda x, u, v, h: compose(u, v, h),
+        3, 3, target=rotate_back, product=lambda x, u, v, h: compose(u, v, h),
         name="action(so(3)) by hand",
-    )
+    )  # fmt: skip
 
 
 def affine_product(x, u, v, h):
@@ -68,12 +62,9 @@ def affine_group():
 def affine_action():
     """The affine group acting on the line from the right, by inverses."""
     return LocalGroupoid(
-        1,
-        2,
-        target=lambda x, u, h: [(x[0] - h * u[1]) / (1 + h * u[0])],
-        product=affine_product,
+        1, 2, target=lambda x, u, h: [(x[0] - h * u[1]) / (1 + h * u[0])], product=affine_product,
         name="affine action",
-    )
+    )  # fmt: skip
 
 
 def frame(x):

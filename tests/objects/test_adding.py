@@ -12,13 +12,9 @@ from tests.studies.test_new_study import DECLARED, MEASURING, VIEW
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = (
-    "discmech.py",
-    "pyproject.toml",
-    "integrators",
-    "tests/__init__.py",
-    "tests/objects",
+    "discmech.py", "pyproject.toml", "integrators", "tests/__init__.py", "tests/objects",
     "tests/laws",
-)
+)  # fmt: skip
 
 GROUPOID = '''"""The positive numbers, as factors 1 + hu, acting on the line."""
 

@@ -75,17 +75,11 @@ def page() -> str:
     count = Counter(row.how for row in ROWS)
     kinds = Counter(m.kind for m in MISPRINTS)
     introduction = INTRODUCTION.format(
-        version=VERSION,
-        displays=len(DISPLAYS),
-        text=len(ROWS) - len(DISPLAYS),
-        checked=len(ROWS) - count[DEFINITION],
-        symbolic=count[SYMBOLIC],
-        numeric=len(ROWS) - count[DEFINITION] - count[SYMBOLIC],
-        definitions=count[DEFINITION],
-        formulas=kinds[FORMULA],
-        slips=kinds[SLIP],
-        notations=kinds[NOTATION],
-    )
+        version=VERSION, displays=len(DISPLAYS), text=len(ROWS) - len(DISPLAYS),
+        checked=len(ROWS) - count[DEFINITION], symbolic=count[SYMBOLIC],
+        numeric=len(ROWS) - count[DEFINITION] - count[SYMBOLIC], definitions=count[DEFINITION],
+        formulas=kinds[FORMULA], slips=kinds[SLIP], notations=kinds[NOTATION],
+    )  # fmt: skip
     parts = [introduction, _statements(), _misprints(), *map(_section, SECTIONS), CONCLUSIONS]
     return "\n".join(parts)
 
@@ -93,12 +87,9 @@ def page() -> str:
 def _statements() -> str:
     lines = [
         "## Propositions and theorems",
-        "",
-        "The rows below, other tests, and the module that does it on the bench.",
-        "",
-        "| statement | what it says | rows | tests | module |",
-        "|---|---|---|---|---|",
-    ]
+        "", "The rows below, other tests, and the module that does it on the bench.", "",
+        "| statement | what it says | rows | tests | module |", "|---|---|---|---|---|",
+    ]  # fmt: skip
     places = {row.place: _full_place(row) for row in ROWS}
     for s in STATEMENTS:
         rows = "; ".join(places[place] for place in s.rows)

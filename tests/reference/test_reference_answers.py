@@ -75,12 +75,9 @@ def test_sensitive_motion_is_certified_at_higher_precision():
     import sympy
 
     scene = replace(
-        scenes.get("harmonic"),
-        name="saddle",
-        x0=(1,),
-        v0=(-sympy.sqrt(2),),
+        scenes.get("harmonic"), name="saddle", x0=(1,), v0=(-sympy.sqrt(2),),
         lagrangian=lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2,
-    )
+    )  # fmt: skip
     found = solution(scene, 30, digits=30)
     assert found.certain_digits == 30 and found.certainty == "enclosure"
     assert "1e-31" not in found.evidence

@@ -48,13 +48,9 @@ def case(
     control: str | None = None,
 ) -> Case:
     return Case(
-        study,
-        lookup.scene_given(scene),
-        discretisations.get(rule) if isinstance(rule, str) else rule,
-        digits,
-        steps,
-        control,
-    )
+        study, lookup.scene_given(scene),
+        discretisations.get(rule) if isinstance(rule, str) else rule, digits, steps, control,
+    )  # fmt: skip
 
 
 def measured(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:

@@ -66,12 +66,9 @@ def energy(q, p):
 NUMERIC = Scene("s", pair(1), x0=[1], mu0=[0], numeric_hamiltonian=energy,
                 gradient=lambda q, p: (q, p))  # fmt: skip
 PLANE = Scene(
-    "s",
-    pair(2),
-    x0=[1, 0],
-    one_form=lambda x, p: [x[1], 0],
+    "s", pair(2), x0=[1, 0], one_form=lambda x, p: [x[1], 0],
     hamiltonian=lambda x, p: x[0] ** 2 + x[1] ** 2,
-)
+)  # fmt: skip
 BY_H = Scene("s", pair(1), x0=[1], mu0=[0], hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0] ** 2)
 OWN_KIND = ConstraintKind("held", velocity_rows)
 #: by field: a kind of constraint with the change

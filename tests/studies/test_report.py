@@ -23,18 +23,10 @@ from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
 
 WORDS = [
-    "report",
-    "pendulum",
-    "heavy-top",
-    "--rule",
-    "midpoint",
-    "--digits",
-    "16",
-    "--steps",
-    "200",
+    "report", "pendulum", "heavy-top", "--rule", "midpoint", "--digits", "16", "--steps", "200",
     "--jobs",
     "1",  # the measurements of this process are replaced
-]
+]  # fmt: skip
 #: the studies of methods, and those of them that apply to these scenes
 NAMES = tuple(name for name in ALL if not get(name).of_the_bench)
 APART = ("stability", "contact", "lattices", "optimality", "steps")

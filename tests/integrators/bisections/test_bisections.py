@@ -27,12 +27,9 @@ STEP = Rational(3, 10)
 def stretched_pair():
     """The pair groupoid of x < 1 by u = (y − x)/(h(1 − x)): constant sections fail at hu = 1."""
     return LocalGroupoid(
-        1,
-        1,
-        target=lambda x, u, h: [x[0] + h * u[0] * (1 - x[0])],
-        product=lambda x, u, v, h: [u[0] + v[0] - h * u[0] * v[0]],
-        name="stretched pair",
-    )
+        1, 1, target=lambda x, u, h: [x[0] + h * u[0] * (1 - x[0])],
+        product=lambda x, u, v, h: [u[0] + v[0] - h * u[0] * v[0]], name="stretched pair",
+    )  # fmt: skip
 
 
 GROUPOIDS = {g.name: g for g in (

@@ -131,14 +131,10 @@ print(repr(flow.trajectory(5).x[-1, 0]))
 
 def in_a_new_process(cache, *arguments):
     done = subprocess.run(
-        [sys.executable, "-c", FIRST, *arguments],
-        cwd=ROOT,
+        [sys.executable, "-c", FIRST, *arguments], cwd=ROOT,
         env={**os.environ, "DISCMECH_CACHE": str(cache), "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -104,13 +104,9 @@ def agree(recipe):
 
 
 SETTINGS = settings(
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-    print_blob=True,
-    database=None,
-    report_multiple_bugs=False,
-    phases=(Phase.generate, Phase.shrink),
-)
+    deadline=None, suppress_health_check=list(HealthCheck), print_blob=True, database=None,
+    report_multiple_bugs=False, phases=(Phase.generate, Phase.shrink),
+)  # fmt: skip
 
 
 @pytest.mark.slow

@@ -388,23 +388,10 @@ def beginning(f, off, **more):
     z, zero = np.array([0.3, f[1]]), np.zeros(2)
     field = np.array(f)
     return Beginning(
-        z,
-        0.0,
-        field,
-        second=zero,
-        third=zero,
-        of_time=zero,
-        first_error=off,
-        second_error=zero,
-        third_error=zero,
-        later=zero,
-        parts={},
-        others={},
-        misread={},
-        span=np.abs(field).max() * np.ones(2),
-        moved=(zero, zero),
-        **more,
-    )
+        z, 0.0, field, second=zero, third=zero, of_time=zero, first_error=off, second_error=zero,
+        third_error=zero, later=zero, parts={}, others={}, misread={},
+        span=np.abs(field).max() * np.ones(2), moved=(zero, zero), **more,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("shortest", "wrapped"), [

@@ -10,15 +10,9 @@ from discmech.integrators import scenes
 BALL = scenes.get("bouncing-ball")
 BLOCK = scenes.get("sliding-block")
 SPRING = Scene(
-    "spring-and-wall",
-    pair(1),
-    lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
-    x0=[1],
-    v0=[0],
-    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)],
-    restitution=1,
-    impacts="located",
-)
+    "spring-and-wall", pair(1), lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2, x0=[1], v0=[0],
+    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)], restitution=1, impacts="located",
+)  # fmt: skip
 
 
 @cache
