@@ -42,17 +42,8 @@ def folder(tmp_path, monkeypatch):
             del sys.modules[name]
 
 
-@pytest.mark.dear(
-    but=(
-        "you-",
-        "to/take",
-        "control.md",
-        "docs/single",
-        "to/pytest.md",
-        "to/studies.md",
-        "docs/derivatives.md",
-    )
-)
+@pytest.mark.dear(but=("you-", "to/take", "control.md", "docs/single", "to/pytest.md",
+                       "to/studies.md", "docs/derivatives.md"))  # fmt: skip
 @pytest.mark.parametrize("page", those_with(
     lambda page: "docs" in page.parts and blocks(page, "python"), SLOW))  # fmt: skip
 def test_python_blocks_run(page, folder, capsys):

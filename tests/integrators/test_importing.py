@@ -10,7 +10,7 @@ import discmech.integrators as integrators
 from discmech.integrators import compiler
 from discmech.integrators.extensions import lattices
 
-HEAVY = ("sympy", "llvmlite", "matplotlib", "scipy", "mpmath", "gmpy2")
+HEAVY = ("sympy", "llvmlite", "matplotlib", "scipy", "mpmath", "gmpy2", "rich", "jinja2")
 OURS = ("discmech.reference", "discmech.studies")
 #: what derives and runs a scheme, of which a list of names needs nothing
 DERIVING = tuple(
@@ -19,7 +19,7 @@ DERIVING = tuple(
 
 
 def loaded_by(statement):
-    told = HEAVY + OURS + DERIVING
+    told = HEAVY + OURS + DERIVING + ("numpy",)
     code = f"import sys; {statement}; print([m for m in {told} if m in sys.modules])"
     root = Path(integrators.__file__).parents[1]
     done = subprocess.run(
@@ -29,14 +29,18 @@ def loaded_by(statement):
 
 
 @pytest.mark.dear(but=("import discmech",))
-@pytest.mark.parametrize("statement", [
-    "import discmech",
-    "from discmech.integrators import scenes; scenes.all_scenes()",
-    "from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
-    "from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
+@pytest.mark.parametrize(("statement", "more"), [
+    ("import discmech", ()),
+    ("from discmech.integrators import scenes; scenes.all_scenes()", ()),
+    ("from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])", ()),
+    ("from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)", ()),
+    ("from discmech.studies.report import page, tables", ("numpy",)),
+    *((f"import io; sys.stdout, shown = io.StringIO(), sys.stdout; sys.stderr = sys.stdout; "
+       f"from discmech.studies.command import main; main({words}); sys.stdout = shown",
+       (*DERIVING, "discmech.reference")) for words in (["list"], ["list", "--json", "-"])),
 ])  # fmt: skip
-def test_importing_is_light(statement):
-    assert not loaded_by(statement) & set(HEAVY)
+def test_importing_is_light(statement, more):
+    assert not loaded_by(statement) & {*HEAVY, *more}
 
 
 @pytest.mark.slow
@@ -49,14 +53,6 @@ def test_a_flow_in_double_precision_loads_no_matplotlib():
     loaded = loaded_by(statement)
     assert not loaded & {"matplotlib", *OURS}
     assert "sympy" in loaded
-
-
-@pytest.mark.slow
-def test_the_list_of_names_loads_nothing_that_derives():
-    loaded = loaded_by("import io; sys.stdout, shown = io.StringIO(), sys.stdout; "
-                       "from discmech.studies.command import main; main(['list']); "
-                       "sys.stdout = shown")  # fmt: skip
-    assert not loaded & {*HEAVY, *DERIVING, "discmech.reference"}
 
 
 def test_a_name_of_a_package_is_not_the_name_of_a_module():

@@ -165,12 +165,8 @@ def test_elements_multiply_and_act(name, stratum):
 # -- points of a step -----------------------------------------------------------------------------
 
 
-@pytest.mark.dear(
-    "action(so(3))-",
-    "action(so(3), rows=3)",
-    "action(so(3), stereographic)",
-    "action(so(3)) \\xd7 group(so(2))",
-)
+@pytest.mark.dear("action(so(3))-", "action(so(3), rows=3)", "action(so(3), stereographic)",
+                  "action(so(3)) \\xd7 group(so(2))")  # fmt: skip
 @pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1)], ids=str)
 @pytest.mark.parametrize("name", marked(name for name, g in GROUPOIDS.items() if g.dim_x))
 @everywhere

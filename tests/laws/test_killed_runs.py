@@ -133,9 +133,8 @@ def written(run):
             for name, value in found.items()}  # fmt: skip
 
 
-@pytest.mark.dear(
-    but=("[Newton]", "[located]", "[program]", "[sites by stages]", "jointed sites, 50")
-)
+@pytest.mark.dear(but=("[Newton]", "[located]", "[program]", "[sites by stages]",
+                       "jointed sites, 50"))  # fmt: skip
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.slow) for kind in FLOWS]
 )

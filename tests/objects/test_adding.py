@@ -1,6 +1,8 @@
 """Adding a groupoid, retraction, rule or scene: one new file, and its line in this folder."""
 
+import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -129,6 +131,24 @@ def test_a_study_a_scene_and_a_rule_want_no_line_but_their_names(tmp_path):
     python(tmp_path, "discmech.studies.command", "reference", "--rebuild", "quartic")
     said = python(tmp_path, *PYTEST, *AWARE, "-m", "not slow", "-k", " or ".join(OF_ALL))
     assert all(name in said for name in ("quartic", "fifths", "distance"))
+
+    def command(*words):
+        return python(tmp_path, "discmech.studies.command", *words)
+
+    names = json.loads(command("list", "--json", "-"))["studies"]
+    assert names.index("energy") < names.index("distance") < names.index("contact")
+    assert "how far the start is from the origin" in command("--help")
+    asked = ("--rule", "midpoint", "--digits", "16", "--steps", "10")
+    found = json.loads(command("distance", "kepler", *asked, "--power", "3", "--json", "-"))
+    (case,) = found["cases"]
+    assert case["measured"]["length"] > 0 and found["command"].endswith("--power 3 --steps 10")
+    shown = command("report", "harmonic", *asked, "--jobs", "1", "--folder", "build")
+    page = (tmp_path / "build" / "index.html").read_text(encoding="utf-8")
+    for words in ("Distance of the start", "Length at the start", "a start says nothing"):
+        assert words in page
+    assert (
+        re.search(r"distance +. pass", shown) and (tmp_path / "build/tables/distance.csv").exists()
+    )
 
 
 #: tests that go over all studies, scenes or rules

@@ -43,23 +43,9 @@ def assert_row(row, failures_by_name):
     assert FORMULAS & set(row.misprints) <= shown_wrong - {BROKEN} <= set(row.misprints)
 
 
-@pytest.mark.dear(
-    "16]",
-    "[4.3",
-    "4.2-8",
-    "4.2-7",
-    "3.7-4",
-    "3.5-5",
-    "3.5-3",
-    "4.2-12",
-    "3.7-10",
-    "3.6.1-9",
-    "3.6.1-8",
-    "Lemma 4.5",
-    "Theorem 4.9",
-    "Theorem 4.10",
-    "Proposition 3.2",
-)
+@pytest.mark.dear("16]", "[4.3", "4.2-8", "4.2-7", "3.7-4", "3.5-5", "3.5-3", "4.2-12", "3.7-10",
+                  "3.6.1-9", "3.6.1-8", "Lemma 4.5", "Theorem 4.9", "Theorem 4.10",
+                  "Proposition 3.2")  # fmt: skip
 @pytest.mark.parametrize("row", [
     pytest.param(row, marks=pytest.mark.slow if row.place == "3.5-bench" else ()) for row in CHECKED
 ], ids=label)  # fmt: skip

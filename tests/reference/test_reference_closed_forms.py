@@ -126,16 +126,9 @@ TIMES = (Fraction(-1), Fraction("0.3"), Fraction("2.7"))
 REGIMES = [pytest.param(*case.values[:2], id=case.id) for case in CASES]
 
 
-@pytest.mark.dear(
-    "top: hanging",
-    "top: falling",
-    "pendulum: plain",
-    "top: without spin",
-    "top: prolate, below",
-    "top: not of unit length",
-    "-pendulum: other parameters",
-    "so4: in the first three axes",
-)
+@pytest.mark.dear("top: hanging", "top: falling", "pendulum: plain", "top: without spin",
+                  "top: prolate, below", "top: not of unit length", "-pendulum: other parameters",
+                  "so4: in the first three axes")  # fmt: skip
 @pytest.mark.parametrize("name, change", REGIMES)
 def test_it_begins_at_the_start_and_its_rate_is_the_equations(name, change):
     """In every regime; so it is the solution. The central quotient is off by the square of h."""

@@ -44,16 +44,6 @@ def test_every_groupoid_that_is_listed_can_be_imported(ask):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [["list"], ["list", "--json", "-"]])
-def test_list_loads_nothing_heavy(words):
-    heavy = "('sympy', 'llvmlite', 'matplotlib', 'scipy', 'mpmath', 'gmpy2', 'rich', 'jinja2')"
-    done = in_a_process(
-        *words, code=LIGHT + f"print([m for m in {heavy} if m in sys.modules], file=sys.stderr)"
-    )
-    assert done.returncode == 0 and done.stderr.strip() == "[]"
-
-
-@pytest.mark.slow
 def test_bad_input_as_a_process():
     done = in_a_process("run", "pendulum", "--rule", "trapez")
     assert (done.returncode, done.stdout) == (2, "")

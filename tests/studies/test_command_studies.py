@@ -45,17 +45,8 @@ MEASURED = {
 }  # fmt: skip
 
 
-@pytest.mark.dear(
-    "[stability]",
-    "[lattices]",
-    "[work-precision]",
-    "steps",
-    "energy",
-    "contact",
-    "momentum",
-    "optimality",
-    "symplecticity",
-)
+@pytest.mark.dear("[stability]", "[lattices]", "[work-precision]", "steps", "energy", "contact",
+                  "momentum", "optimality", "symplecticity")  # fmt: skip
 @pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     scene, steps = SMALL[study]

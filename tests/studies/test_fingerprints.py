@@ -86,18 +86,11 @@ def changes(tree, file, ask):
     return ask() != before
 
 
-@pytest.mark.dear(
-    but=(
-        "studies/report/tables.py",
-        "studies/core/one_case.py",
-        "studies/order/__init__.py",
-        "studies/evidence/order.py",
-        "studies/evidence/judging.py",
-        "studies/order/judging_steps.py",
-        "integrators/scenes/pendulum.py",
-        "studies/energy/judging_errors.py",
-    )
-)
+@pytest.mark.dear(but=("studies/report/tables.py", "studies/core/one_case.py",
+                       "studies/order/__init__.py", "studies/evidence/order.py",
+                       "studies/evidence/judging.py", "studies/order/judging_steps.py",
+                       "integrators/scenes/pendulum.py",
+                       "studies/energy/judging_errors.py"))  # fmt: skip
 @pytest.mark.parametrize(("file", "counts"), [
     ("integrators/flows/flow.py", True), ("integrators/compiler/driver.py", True),
     ("integrators/rules/composition.py", True), ("reference/taylor/series.py", True),

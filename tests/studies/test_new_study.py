@@ -1,11 +1,5 @@
 """A new study is one new folder: its name, help, JSON, table and section of the report follow."""
 
-import json
-import os
-import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -73,54 +67,6 @@ from ..report.wording import limit
 
 VIEW = View(columns=[measured_column("length", "Length at the start")], wanted=limit)
 '''
-
-
-@pytest.fixture(scope="module")
-def discmech(tmp_path_factory):
-    """The command of a copy of the bench with one more folder in it."""
-    tree = tmp_path_factory.mktemp("tree")
-    for name in ("integrators", "reference", "studies", "tests/bench", "reports/templates"):
-        shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("discmech.py", "pyproject.toml"):
-        shutil.copy(ROOT / name, tree)
-    folder = tree / "studies" / "distance"
-    folder.mkdir()
-    for name, text in (("__init__", DECLARED), ("measuring", MEASURING), ("view", VIEW)):
-        (folder / f"{name}.py").write_text(text, encoding="utf-8")
-
-    def run(*words):
-        command = [sys.executable, "-m", "discmech.studies.command", *words]
-        environment = os.environ | {"PYTHONPATH": str(tree)}
-        done = subprocess.run(
-            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=600
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    return run, tree
-
-
-@pytest.mark.slow
-def test_it_is_in_the_list_and_in_help(discmech):
-    run, _ = discmech
-    names = json.loads(run("list", "--json", "-"))["studies"]
-    assert names.index("energy") < names.index("distance") < names.index("contact")
-    assert "how far the start is from the origin" in run("--help")
-    assert "--power P" in run("distance", "--help")
-
-
-@pytest.mark.slow
-def test_it_is_measured_and_is_in_the_report(discmech):
-    run, tree = discmech
-    asked = ("--rule", "midpoint", "--digits", "16", "--steps", "10")
-    found = json.loads(run("distance", "kepler", *asked, "--power", "3", "--json", "-"))
-    (case,) = found["cases"]
-    assert case["measured"]["length"] > 0 and found["command"].endswith("--power 3 --steps 10")
-    shown = run("report", "harmonic", *asked, "--jobs", "1", "--folder", str(tree / "build"))
-    page = (tree / "build" / "index.html").read_text(encoding="utf-8")
-    for words in ("Distance of the start", "Length at the start", "a start says nothing"):
-        assert words in page
-    assert re.search(r"distance +. pass", shown) and (tree / "build/tables/distance.csv").exists()
 
 
 def test_each_study_has_its_row_in_docs_judged():

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import re
-import subprocess
-import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -173,13 +171,3 @@ def test_picture_of_the_readme(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert Image.open(file).convert("RGB").getpixel((0, 0)) == (255, 255, 255)
     assert readme_picture.main([str(tmp_path / "nowhere")]) == 2
     assert "make report" in capsys.readouterr().err
-
-
-def test_import_is_light() -> None:
-    code = "import sys; from discmech.studies.report import page, tables; print(*sys.modules)"
-    root = Path(__file__).resolve().parents[2]
-    run = subprocess.run(
-        [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
-    )
-    heavy = {"matplotlib", "numpy", "jinja2", "sympy", "llvmlite", "rich"}
-    assert not heavy & set(run.stdout.split())

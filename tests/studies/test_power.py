@@ -64,9 +64,8 @@ CAUGHT = {
 SLOW = ("rigid", "duffing", "knife-edge midpoint")
 
 
-@pytest.mark.dear(
-    "knife-edge trapezoidal", "order 50", "symplecticity 16", "off-", "symplecticity 50"
-)
+@pytest.mark.dear("knife-edge trapezoidal", "order 50", "symplecticity 16", "off-",
+                  "symplecticity 50")  # fmt: skip
 @pytest.mark.parametrize(("words", "study"), [
     pytest.param(*item, marks=pytest.mark.slow if item[0].startswith(SLOW) else ())
     for item in CAUGHT.items()

@@ -122,12 +122,6 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "rule"), in_turn(8))
-def test_symplectic_in_double_precision(scene, rule):
-    is_symplectic(scene, rule, 16, 1e-13, 8)
-
-
-@pytest.mark.slow
 def test_the_largest_stable_steps_are_really_larger():
     """Where only small steps are tried the test proves little; every scene allows larger ones."""
     for scene, rule in PAIRWISE:
@@ -257,16 +251,8 @@ def usual_rule(study):
     return "reversible:midpoint" if study == "steps" else "midpoint"
 
 
-@pytest.mark.dear(
-    "[lattices]",
-    "[stability]",
-    "[symplecticity]",
-    "[contact]",
-    "[optimality]",
-    "[order]",
-    "energy",
-    "momentum",
-)
+@pytest.mark.dear("[lattices]", "[stability]", "[symplecticity]", "[contact]", "[optimality]",
+                  "[order]", "energy", "momentum")  # fmt: skip
 @pytest.mark.parametrize("study", [
     # work-precision and savings take times
     charts_slowly(name) for name in NAMES if name not in ("work-precision", "savings")

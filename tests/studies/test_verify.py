@@ -1,8 +1,6 @@
 """discmech verify: what runs on what, verdicts as they come, table, JSON, page and exit code."""
 
 import json
-import subprocess
-import sys
 from fractions import Fraction
 
 import pytest
@@ -344,15 +342,6 @@ def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
     monkeypatch.setattr(verifying, "run_studies", lambda *a, **k: pytest.fail("it ran"))
     with pytest.raises(BadInput, match="no study applies"):
         verify(Request(files=("both.py",), scenes=("both.py:my-pendulum",), studies=("momentum",)))
-
-
-@pytest.mark.slow
-def test_the_whole_command_in_processes_of_its_own(folder):
-    command = [sys.executable, "-m", "discmech.studies.command", "verify", "both.py"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stdout + done.stderr
-    for scene in ("my-pendulum", *SCENES):
-        assert f"✓ order: {scene}, two-thirds" in done.stdout
 
 
 def test_a_method_that_leaves_the_unit_circle_has_no_stable_step():

@@ -46,33 +46,14 @@ def test_the_later_tables_are_read_whole():
     )
 
 
-@pytest.mark.dear(
-    "top ",
-    "body ",
-    "ball ",
-    "energy ",
-    "2 --digits 50]",
-    "rule order.py:cheat ",
-    "rule programs.py:talks",
-    "rule numbers.py:between",
-    "rule programs.py:seventh ",
-    "rule programs.py:quarters ",
-    "rule hamiltonian.py:slow_half ",
-    "rule form.py:symplectic_euler ",
-    "rule programs.py:DampsFromThere",
-    "discmech contact contact.py:pegs ",
-    "contact.py:nothing",
-    "contact.py:falling",
-    "control.py:small",
-    "steps kepler",
-    "order.py:heavy --peer",
-    "programs.py:bumped",
-    "programs.py:forth",
-    "programs.py:heavier",
-    "programs.py:Late",
-    "programs.py:lower",
-    "programs.py:rounded",
-)
+@pytest.mark.dear("top ", "body ", "ball ", "energy ", "2 --digits 50]", "rule order.py:cheat ",
+                  "rule programs.py:talks", "rule numbers.py:between", "rule programs.py:seventh ",
+                  "rule programs.py:quarters ", "rule hamiltonian.py:slow_half ",
+                  "rule form.py:symplectic_euler ", "rule programs.py:DampsFromThere",
+                  "discmech contact contact.py:pegs ", "contact.py:nothing", "contact.py:falling",
+                  "control.py:small", "steps kepler", "order.py:heavy --peer", "programs.py:bumped",
+                  "programs.py:forth", "programs.py:heavier", "programs.py:Late",
+                  "programs.py:lower", "programs.py:rounded")  # fmt: skip
 @pytest.mark.parametrize(("words", "answer"), [
     pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
     for _, words, answer, slow in in_turn(SECOND)

@@ -19,14 +19,8 @@ CONTROLS = [
 ]
 
 
-@pytest.mark.dear(
-    "heavy-top-explicit Euler",
-    "rotor-body-explicit Euler",
-    "rigid-body-Heun",
-    "body",
-    "Heun",
-    "Kutta",
-)
+@pytest.mark.dear("heavy-top-explicit Euler", "rotor-body-explicit Euler", "rigid-body-Heun",
+                  "body", "Heun", "Kutta")  # fmt: skip
 @pytest.mark.sampled
 @pytest.mark.parametrize(
     ("digits", "margin"), [(16, 1e3), pytest.param(50, 1e20, marks=pytest.mark.slow)]
