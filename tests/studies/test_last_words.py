@@ -43,6 +43,7 @@ def test_what_the_machine_refuses_is_a_sentence(error, ask, monkeypatch):
     monkeypatch.setattr(get("energy").measuring, "measure", fail)
     code, out, err = ask(*SHORT)
     assert (code, out) == (4, "") and err.count("\n") == 1 and err.startswith("discmech: ")
+    assert ("make room" in err) == ("No space" in str(error))
     own = isinstance(error, (RecursionError, KeyError))
     assert ("please report it" in err) == own and ("goes on where it stopped" in err) == (
         not own and not isinstance(error, ImportError)

@@ -35,6 +35,9 @@ def signed(L, G, x, u, h):
     return h * abs(L(x, u))
 
 
+named = discretisation(order=2, name="by-its-name")(
+    lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), u)
+)
 bump = Scene(name="bump", groupoid=pair(1), x0=["1"], v0=["0"], duration=1,
              lagrangian=lambda x, v, p: v[0]**2/2 - abs(x[0])**3)
 """
@@ -51,11 +54,16 @@ def rough(tmp_path):
     ("pendulum --rule {}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
     ("pendulum --rule {}:signed", "rough.py, line 14: the rule signed holds Abs"),
     ("pendulum --rule suzuki:{}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
-    ("{}:bump --rule midpoint", "rough.py, line 18: the Lagrangian of bump holds Abs"),
+    ("{}:bump --rule midpoint", "rough.py, line 21: the Lagrangian of bump holds Abs"),
 ])  # fmt: skip
 def test_a_root_that_has_no_derivative_is_named_with_its_line(words, wanted, rough, ask):
     code, _, said = ask("run", *words.format(rough).split())
     assert code == 2 and wanted in said
+
+
+def test_a_rule_is_found_by_its_variable_and_by_its_name(rough):
+    found = {rules([f"{rough}:{word}"]) for word in ("named", "by-its-name", "by_its_name")}
+    assert len(found) == 1
 
 
 def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():

@@ -121,6 +121,11 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
+@pytest.mark.parametrize(("scene", "rule"), in_turn(8))
+def test_symplectic_in_double_precision(scene, rule):
+    is_symplectic(scene, rule, 16, 1e-13, 8)
+
+
 @pytest.mark.slow
 def test_the_largest_stable_steps_are_really_larger():
     """Where only small steps are tried the test proves little; every scene allows larger ones."""
