@@ -121,6 +121,7 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), in_turn(8))
 def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 8)
