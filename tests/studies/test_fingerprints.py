@@ -12,6 +12,7 @@ from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import (
     METHODS,
     compose,
+    discretisation,
     dual_gauss,
     gauss,
     imex,
@@ -228,6 +229,14 @@ def test_what_a_users_file_imports_counts(tmp_path, monkeypatch):
         assert not fingerprint.known_by_text(case)
         found.append(fingerprint.of_case(get("order"), case, timed=False))
     assert len(set(found)) == 3
+
+
+def test_a_rule_of_a_user_counts_by_its_formula():
+    def points(share):
+        of = discretisation(order=2, name="points")
+        return of(lambda L, G, x, u, h: h * L(G.target(x, u, share * h), u))
+
+    assert key(rule=points(1)) == key(rule=points(1)) != key(rule=points(0))
 
 
 def test_coefficients_count_not_the_name_of_a_method():
