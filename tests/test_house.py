@@ -74,7 +74,7 @@ def test_views_measure_nothing(path):
                  "discmech.studies.core.result",
              "discmech.integrators.files")  # fmt: skip
     ours = [n for n in imports_of(path, typing=False) if within(n, *PACKAGES)]
-    assert not [n for n in ours if not within(n, *shown)] or path.stem == "readme_picture"
+    assert not [n for n in ours if not within(n, *shown)]
 
 
 @pytest.mark.slow

@@ -91,7 +91,7 @@ def _lines(scheme: Scheme) -> list[str]:
         left = left if len(left) <= LONGEST else f"({len(left)} letters)"
         if len(shown) > LONGEST:
             shown = f"({len(shown)} letters; discmech report {scene.name} typesets them)"
-        return _wrapped(f"{left} = {shown}")
+        return wrapped(f"{left} = {shown}")
 
     lines += textwrap.wrap(notation(scheme), WIDTH)
     if out.lagrangian:
@@ -142,7 +142,7 @@ def _contact(scheme: Scheme) -> list[str]:
         said = f"0 ≤ {plain_text([gap], letters)}"
         if plane is not None:
             said += f", slips along {', '.join(plain_text([e], letters) for e in plane)}"
-        lines += _wrapped(said)
+        lines += wrapped(said)
     given = scene.friction if isinstance(scene.friction, tuple) else (scene.friction,)
     friction = ", ".join(map(str, given))
     return [
@@ -151,7 +151,8 @@ def _contact(scheme: Scheme) -> list[str]:
     ]
 
 
-def _wrapped(formula: str) -> list[str]:
+def wrapped(formula: str) -> list[str]:
+    """Return a formula in lines of a terminal, indented."""
     return textwrap.wrap(
         formula, WIDTH, initial_indent="  ", subsequent_indent="      ",
         break_long_words=False, break_on_hyphens=False,

@@ -14,6 +14,7 @@ from discmech.integrators.errors import BadInput
 
 from ..core import lookup
 from ..core.options import digits_in, option_words, whole
+from .explain import wrapped
 from .options import RULE_HELP, scene_asked
 from .output import EXIT, progress_shown, write_json
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
     from ..modified.measuring import Kept
 
-WIDTH = 100
 USUAL = 4  # power of the step, of rules of a lower order
 TRIED = 7  # 1/7, 1/8, … are the open numbers of a rule in the runs that check its formulas
 LONGEST = 4000  # letters of a formula that is printed
@@ -155,8 +155,6 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
 def _page(
     scheme: Scheme, found: Kept, terms: dict[str, Any], missing: str, latex: bool
 ) -> list[str]:
-    import textwrap
-
     import sympy
 
     from .equations import letters_of, plain_text, subscript
@@ -177,10 +175,7 @@ def _page(
         shown = plain_text([value], letters)
         if len(shown) > LONGEST:
             shown = f"({len(shown)} letters; --json FILE has them)"
-        lines += textwrap.wrap(
-            f"{subscript(name)} = {shown}", WIDTH, initial_indent="  ", subsequent_indent="      ",
-            break_long_words=False, break_on_hyphens=False,
-        )  # fmt: skip
+        lines += wrapped(f"{subscript(name)} = {shown}")
     lines += [missing] if missing else []
     lines += ["", "Change of the sum along runs to one time, by step"]
     heads = [f"{h:.4g}" for h in found.steps]

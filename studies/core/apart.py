@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from .case import Choice
 from .parts import parts_of, why_not
-from .study import Study, every_study
+from .study import Study, judging
 
 
 def apart(choice: Choice, study: Study | None = None) -> list[str]:
@@ -17,13 +15,7 @@ def apart(choice: Choice, study: Study | None = None) -> list[str]:
     """
     asked = "equations" if study is None else study.asks_for
     return [
-        f"{s.name} {why_not(s)}: it is judged by {_judging(s)}, and not by "
+        f"{s.name} {why_not(s)}: it is judged by {judging(s)}, and not by "
         f"{'other studies' if study is None else study.name}."
         for s in choice.scenes if not {asked, "equations"} & parts_of(s)
     ]  # fmt: skip
-
-
-def _judging(scene: Any) -> str:
-    parts = parts_of(scene)
-    return ", ".join(f"`discmech {s.name}`" for s in every_study().values()
-                     if s.usual and s.asks_for in parts)  # fmt: skip

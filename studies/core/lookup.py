@@ -28,7 +28,7 @@ from discmech.integrators.numbers import sympy
 from discmech.integrators.rules import METHODS, compose, with_parameters
 
 from .parts import parts_of
-from .study import Study, every_study
+from .study import Study, every_study, judging
 from .userfile import UserFile, load, loaded, word_for_study
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
@@ -158,16 +158,9 @@ def scene(thing: Scene | str) -> Scene:
     asked = scene_given(thing)
     if "sites" in parts_of(asked):
         word = thing if isinstance(thing, str) else asked.name
-        others = {
-            "order": "end",
-            "symplecticity": "form",
-            "momentum": "momenta",
-            "energy": "energy",
-        }
-        judged = ["lattices", *(study for study, part in others.items() if part in parts_of(asked))]
         raise BadInput(
             f"{asked.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
-            f"{', '.join(f'`discmech {study}`' for study in judged)}."
+            f"{judging(asked)}."
         )
     return asked
 

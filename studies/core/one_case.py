@@ -32,13 +32,19 @@ def run_case(
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
     causes: True to look for the cause of a verdict that is not a pass.
     """
+    found, verdict = measured_fully(study, case, progress)
+    cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
+    return told_of(study, case, found, verdict, cause)
+
+
+def measured_fully(study: Study, case: Case, progress: Progress = silent) -> tuple[Found, Verdict]:
+    """Return the measurement, with what its first verdict asks for beside it, and the verdict."""
     found = measured_case(study, case, progress)
     verdict = judged(study, case, found)
     if asks_more(study, found, verdict):
         found = with_more(study, case, found, verdict)
         verdict = judged(study, case, found)
-    cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
-    return told_of(study, case, found, verdict, cause)
+    return found, verdict
 
 
 def told_of(

@@ -33,11 +33,13 @@ def provenance() -> Made:
 @cache
 def versions() -> dict[str, Any]:
     """Return the versions of Python and of all packages that produce numbers."""
+    from mpmath.libmp import BACKEND
+
     packages = ("numpy", "scipy", "mpmath", "sympy", "llvmlite", "gmpy2", "python-flint")
     return {
         "python": platform.python_version(),
         **{name: _version(name) for name in packages},
-        "mpmath_backend": _backend(),
+        "mpmath_backend": BACKEND,
         "blas": _blas(),
     }
 
@@ -59,11 +61,7 @@ def machine() -> dict[str, Any]:
 @cache
 def processor() -> str:
     """Return the processor and its instructions: fused ones round once, wide ones add in turn."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        flags = next(line for line in lines if line.startswith(("flags", "Features")))
-    except (OSError, StopIteration):
-        flags = platform.machine()
+    flags = _cpuinfo("flags", "Features") or platform.machine()
     return f"{_cpu()} {hashlib.sha256(flags.encode()).hexdigest()[:16]}"
 
 
@@ -88,12 +86,6 @@ def _version(name: str) -> str | None:
         return None
 
 
-def _backend() -> str:
-    from mpmath.libmp import BACKEND
-
-    return str(BACKEND)
-
-
 def _blas() -> str | None:
     import numpy as np
 
@@ -103,13 +95,16 @@ def _blas() -> str | None:
 
 
 def _cpu() -> str:
+    return _cpuinfo("model name").partition(":")[2].strip() or platform.processor() or "unknown"
+
+
+def _cpuinfo(*names: str) -> str:
+    """Return the first line of the system's list of processors with one of these names, or ""."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(
-            line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")
-        )
-    except (OSError, StopIteration):
-        return platform.processor() or "unknown"
+    except OSError:
+        return ""
+    return next((line for line in lines if line.startswith(names)), "")
 
 
 def _git(*arguments: str) -> str | None:

@@ -388,6 +388,15 @@ def every_study() -> dict[str, Study]:
     return dict(sorted(found.items(), key=lambda item: (item[1].place, item[0])))
 
 
+def judging(scene: Any) -> str:
+    """Return the commands of the studies that judge a scene or a lattice."""
+    from .parts import parts_of
+
+    parts = parts_of(scene)
+    return ", ".join(f"`discmech {s.name}`" for s in every_study().values()
+                     if s.usual and s.asks_for in parts)  # fmt: skip
+
+
 def refusal(study: Any) -> str:
     """Return why an object can be no study, without a full stop; "" if it can be one."""
     if isinstance(study, Study):

@@ -12,9 +12,10 @@ from typing import Any
 import pytest
 
 from discmech.studies.core.ours import MANIFEST
-from discmech.studies.report import readme_picture, tables
+from discmech.studies.report import tables
 from discmech.studies.report.page import write_report
 from discmech.studies.report.summary import headline, merged, trouble
+from tests import readme_picture
 from tests.studies.as_json import read
 from tests.studies.fake_results import case, equations, results, scenes, spoiled
 

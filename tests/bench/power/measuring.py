@@ -22,7 +22,7 @@ from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Measurement, Progress, Verdict, silent
 from discmech.studies.core.environment import environment
 from discmech.studies.core.fingerprint import text_of_study
-from discmech.studies.core.one_case import asks_more, judged, measured_case, with_more
+from discmech.studies.core.one_case import measured_fully
 from discmech.studies.core.options import option_words
 from discmech.studies.core.study import Study
 
@@ -147,7 +147,7 @@ def depends_on(case: Case) -> str:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """measured: {site, what}; founds: what each study measures (`one_case.measured_case`), by its
+    """measured: {site, what}; founds: what each study measures (`one_case.measured_fully`), by its
     name with its digits; refused: why the bench refuses the object, where it does.
 
     Where there is no such fault, measured is empty. What the studies say of it is told anew
@@ -209,11 +209,7 @@ def _through_studies(candidate: Candidate) -> dict[str, Any]:
         return {"refused": str(refusal)}
     for name, study, case in through(any_case):
         begun = time.process_time()
-        found = measured_case(study, case)
-        verdict = judged(study, case, found)
-        if asks_more(study, found, verdict):
-            found = with_more(study, case, found, verdict)
-            verdict = judged(study, case, found)
+        found, verdict = measured_fully(study, case)
         if verdict.unusable:  # bad input, by which `verify` ends
             return {"refused": verdict.reason}
         founds[name] = replace(found, seconds=time.process_time() - begun).to_json()

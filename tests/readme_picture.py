@@ -1,6 +1,6 @@
 """The README's picture, from a finished report.
 
-Run it by python -m discmech.studies.report.readme_picture.
+Run it by python -m tests.readme_picture.
 
 Arguments, both optional: the report's folder (reports/build) and the file (docs/convergence.png).
 """
@@ -13,7 +13,9 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-from ..core.result import study_result_of
+from discmech.integrators import scenes
+from discmech.studies.core.result import study_result_of
+from discmech.studies.report.figures import plates
 
 SCENES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 DIGITS = 16
@@ -23,10 +25,6 @@ COLOURS = 160
 def picture(report: Path) -> bytes:
     """Return the convergence of all rules on six scenes as PNG, black on white in few colours."""
     from PIL import Image
-
-    from discmech.integrators import scenes
-
-    from .figures import plates
 
     written = (report / "tables" / "order.json").read_text("utf-8")
     result = study_result_of(json.loads(written))
