@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from importlib import import_module
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
@@ -12,8 +11,7 @@ from discmech.integrators.errors import shown
 from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
-from ..core.study import every_study
-from .output import console, progress_shown, write_json
+from .output import progress_shown, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -22,7 +20,7 @@ def add_to(commands: Any) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "reference",
-        help="certified digits of a scene; frozen tables, published digits",
+        help="certified digits of a scene; frozen tables",
         epilog="Exit codes: 0 all requested digits are certain, 1 --check finds a table "
         "wrong or damaged, 2 bad input, 3 fewer digits are certain.",
     )
@@ -42,12 +40,6 @@ def add_to(commands: Any) -> None:
     others.add_argument(
         "--check", nargs="+", metavar="SCENE", help="recompute frozen tables (all: every one)"
     )
-    others.add_argument(
-        "--published",
-        action="store_true",
-        help="the number of correct published digits; scd, significant correct digits, is "
-        "-log10 of the largest relative error of the numbers",
-    )
     parser.set_defaults(action=_reference)
 
 
@@ -55,12 +47,12 @@ def _reference(options: argparse.Namespace) -> int:
     from discmech.reference import ReferenceFailure
     from discmech.reference.failures import Damaged, Uncertain, WrongDigits
 
-    if bool(options.scene) == bool(options.rebuild or options.check or options.published):
-        raise BadInput("name one SCENE, or ask for --rebuild, --check or --published.")
+    if bool(options.scene) == bool(options.rebuild or options.check):
+        raise BadInput("name one SCENE, or ask for --rebuild or --check.")
     try:
         if options.rebuild or options.check:
             return _tables(options)
-        return _published(options) if options.published else _one(options)
+        return _one(options)
     except (WrongDigits, Uncertain) as failure:
         print(f"discmech: {failure}")
         return FAIL if isinstance(failure, WrongDigits) else INCONCLUSIVE
@@ -152,28 +144,4 @@ def _tables(options: argparse.Namespace) -> int:
                 else:
                     words = f"at least {frozen.check(name)} digits agree with a fresh computation"
         print(f"{name:<20}{words}", flush=True)
-    return PASS
-
-
-def _published(options: argparse.Namespace) -> int:
-    """Print the table of published digits."""
-    from ..report.tables import rich_table
-
-    of_the_bench: Any = every_study()["references"]
-    published = import_module(f"{of_the_bench.package}.published")
-
-    with progress_shown() as show:
-        found = published.measure(show)
-    if options.json:
-        write_json(options.json, found, indent=1)
-    if options.json != "-":
-        lines = [
-            (row["problem"], str(len(row["values"])), f"{row['printed']} digits",
-             f"{row['scd']:.1f}", row["worst"], row["source"])
-            for row in found
-        ]  # fmt: skip
-        heads = ("problem", "numbers", "printed", "scd", "worst", "source")
-        title = "Published digits that are right"
-        console().print(rich_table(title, heads, lines, numbers=("scd",)))
-        console().print("scd: significant correct digits, -log10 of the largest relative error")
     return PASS

@@ -26,8 +26,7 @@ _MARKS = (
 #: keys of our results: a run and a reference, a study, and the lists
 _KEYS = ({"schema", "scene", "x", "mu"}, {"study", "verdict", "cases"},
          {"scenes", "rules", "groupoids", "studies"}, {"control", "band", "pullback"},
-         {"gallery", "absent"}, {"command", "rule", "verdict", "classes"},
-         {"problem", "printed", "scd", "worst", "source"})  # fmt: skip
+         {"gallery", "absent"}, {"command", "rule", "verdict", "classes"})  # fmt: skip
 
 
 def refuse_foreign(path: Path, shown: str) -> None:

@@ -1,4 +1,4 @@
-"""discmech reference: answers, exit codes, tables, published digits, costs."""
+"""discmech reference: answers, exit codes, tables; digits that others published, costs."""
 
 import json
 import shutil
@@ -153,14 +153,6 @@ def test_published_digits_of_another_problem_are_not_right(monkeypatch):
     scene = entry.scene.with_values(parameters={"moon": "0.012277472"})
     monkeypatch.setattr(published, "problems", lambda: [replace(entry, scene=scene)])
     assert published.measure()[0]["scd"] < 6
-
-
-@pytest.mark.slow
-def test_published_digits_are_shown(capsys, monkeypatch):
-    (entry,) = [e for e in published.problems() if e.problem == "figure eight"]
-    monkeypatch.setattr(published, "problems", lambda: [entry])
-    code, out, _ = ask(capsys, "--published")
-    assert code == 0 and "figure eight" in out and "13.0" in out and "14 digits" in out
 
 
 def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
