@@ -46,28 +46,10 @@ def _numbers(*values: Any) -> tuple[Fraction, ...]:
     return tuple(Fraction(v) for v in values)
 
 
-def _fpu(omega: Fraction) -> dict[str, Any]:
-    return {"parameters": {"omega": omega}, "x0": [1, 0, 0, 1 / omega, 0, 0]}
-
-
-def _spring(stiffness: Fraction) -> dict[str, Any]:
-    return {"parameters": {"stiffness": stiffness}}
-
-
 def _kepler(eccentricity: Fraction) -> dict[str, Any]:
     """Return values for a start at the pericentre; its speed is rounded, so e is exact to 1e-16."""
     speed = Fraction(math.sqrt((1 + eccentricity) / (1 - eccentricity)))
     return {"x0": [1 - eccentricity, 0], "v0": [0, speed]}
-
-
-def _kepler_held(eccentricity: Fraction) -> float:
-    """Return the bound: the pericentre's energy −1/2 is a difference of (3 + e)/(1 − e)/2."""
-    return math.sqrt((1 - eccentricity) / (3 + eccentricity))
-
-
-def _body(ratio: Fraction) -> dict[str, Any]:
-    """Return moments 1, r and r + 1/2: a rod, with the spin as in the scene."""
-    return {"parameters": {"inertia": [1, ratio, ratio + Fraction(1, 2)]}}
 
 
 def _body_frequency(ratio: Fraction) -> float:
@@ -80,30 +62,29 @@ def _body_frequency(ratio: Fraction) -> float:
     return math.sqrt(sum(i * v**2 for i, v in zip(moments, (0.7, 0.6, 0.5), strict=True)))
 
 
-def _top(spin: Fraction) -> dict[str, Any]:
-    return {"v0": ["0.1", "0.2", spin]}
-
-
-def _particle(field: Fraction) -> dict[str, Any]:
-    return {"parameters": {"field": field}}
-
-
 FAMILIES = {
     family.scene: family
     for family in (
-        Family("fpu", "ω", _numbers(50, 100, 200, 500, 1000, 10**4), _fpu, float,
+        Family("fpu", "ω", _numbers(50, 100, 200, 500, 1000, 10**4),
+               lambda w: {"parameters": {"omega": w}, "x0": [1, 0, 0, 1 / w, 0, 0]}, float,
                "Fermi–Pasta–Ulam chain", "oscillatory energy", region=lambda omega: 3.0,
                least=6e4, most=400_000),  # imex at hω = 9 blows up after T = 54 000
-        Family("spring-pendulum", "k", _numbers(*(10**k for k in range(2, 9))), _spring,
-               lambda k: math.sqrt(k), "Pendulum on a stiff spring", region=lambda k: 1.5),
+        Family("spring-pendulum", "k", _numbers(*(10**k for k in range(2, 9))),
+               lambda k: {"parameters": {"stiffness": k}}, lambda k: math.sqrt(k),
+               "Pendulum on a stiff spring", region=lambda k: 1.5),
         Family("kepler", "e", _numbers("0.6", "0.9", "0.97", "0.99", "0.997", "0.999"), _kepler,
                lambda e: math.sqrt((1 + e) / (1 - e) ** 3), "Kepler’s problem",
-               region=lambda e: float(1 + e), held=_kepler_held, least=6 * math.pi),  # three turns
-        Family("rigid-body", "I₂/I₁", _numbers(2, *(10**k for k in range(1, 9))), _body,
+               region=lambda e: float(1 + e), least=6 * math.pi,  # three turns
+               # the pericentre's energy −1/2 is a difference of (3 + e)/(1 − e)/2
+               held=lambda e: math.sqrt((1 - e) / (3 + e))),
+        Family("rigid-body", "I₂/I₁", _numbers(2, *(10**k for k in range(1, 9))),
+               # a rod, with the spin as in the scene
+               lambda r: {"parameters": {"inertia": [1, r, r + Fraction(1, 2)]}},
                _body_frequency, "Free rigid body"),
-        Family("lagrange-top", "spin", _numbers(1, 3, 10, 30, 100, 300, 1000), _top, float,
-               "Lagrange top"),
-        Family("charged-particle", "B", _numbers(*(10**k for k in range(0, 7))), _particle, float,
+        Family("lagrange-top", "spin", _numbers(1, 3, 10, 30, 100, 300, 1000),
+               lambda spin: {"v0": ["0.1", "0.2", spin]}, float, "Lagrange top"),
+        Family("charged-particle", "B", _numbers(*(10**k for k in range(0, 7))),
+               lambda field: {"parameters": {"field": field}}, float,
                "Charged particle in a uniform field"),
     )
 }  # fmt: skip

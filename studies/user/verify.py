@@ -69,10 +69,6 @@ class Request:
         """Return the rules of the files or words; for scenes alone two well-known ones."""
         return self._objects(())[1]
 
-    def own_scenes(self) -> tuple[Scene, ...]:
-        """Return the scenes that the files define, or those of them that are named."""
-        return self._objects(())[0]
-
     def _objects(
         self, scenes: tuple[str, ...]
     ) -> tuple[tuple[Scene, ...], tuple[Discretisation, ...]]:

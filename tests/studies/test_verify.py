@@ -81,7 +81,7 @@ def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
 def test_one_rule_or_scene_of_the_file_is_named_as_it_or_its_variable_is(folder, name, rules, own):
     request = Request((f"both.py:{name}",))
     assert [r.name for r in request.rules()] == rules
-    assert [s.name for s in request.own_scenes()] == own
+    assert [s.name for s in request._objects(())[0]] == own
 
 
 @pytest.mark.slow
