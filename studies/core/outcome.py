@@ -12,8 +12,11 @@ from .records import decoded, encoded
 #: the words of a verdict, worst first. What nothing was demanded of is "measured", and no pass.
 VERDICTS = ("fail", "inconclusive", "measured", "pass")
 #: what decides a verdict, in words that judges after it read: single steps alone, so that the
-#: figure of the runs is within its limit (tables show these words in its place), or how errors run
-OF_STEPS = NOT_CONSISTENT, STEPS_ARE_OFF = "not consistent", "single steps are off"
+#: figure of the runs is within its limit (tables show these words in its place), or how errors run.
+#: A form, a momentum or an energy that is kept by another motion than the scene's is still kept.
+OF_STEPS = NOT_CONSISTENT, KEPT_ELSEWHERE, STEPS_ARE_OFF = (
+    "not consistent", "kept, but not consistent", "single steps are off",
+)  # fmt: skip
 ABOVE, GOING_AWAY, NOT_CONVERGING = "above the expected order", "away from it", "not converging"
 ROUND_OFF, MORE_STEPS = "only round-off", "more steps are needed"
 #: the drift of the energy that the reason tells, which is among the measured numbers then

@@ -35,7 +35,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     one's for ever. One that claims to keep the energy has to keep it in each step from a place.
     """
     laws = (law.name for law in laws_of(case))
-    return demand_consistency(measurement, _judge(case, measurement), *laws)
+    kept = "the energy keeps its law"
+    return demand_consistency(measurement, _judge(case, measurement), *laws, kept=kept)
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:

@@ -7,7 +7,7 @@ So this judge stands at the end of each study's own.
 from __future__ import annotations
 
 from ..core.case import Measurement, Verdict
-from ..core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
+from ..core.outcome import KEPT_ELSEWHERE, NOT_CONSISTENT, STEPS_ARE_OFF
 from ..core.records import decoded
 from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
@@ -36,27 +36,33 @@ ALLOWS = {ARROW.name: "a step so short"}
 OF_A_QUANTITY = ("keeps {name}", "changes {name} by", "")
 
 
-def demand_consistency(measurement: Measurement, verdict: Verdict, *laws: str) -> Verdict:
+def demand_consistency(
+    measurement: Measurement, verdict: Verdict, *laws: str, kept: str = ""
+) -> Verdict:
     """Return the verdict of the runs, or a fail if a single step is not consistent.
 
     It is for studies that a rule of any order passes. laws: names of those that each step keeps,
-    too. If the scene has no exact motion to compare single steps with, the verdict of the runs
-    stands; if the rule makes no single step, it does not pass, for the motion that it approximates
-    as the step goes to 0 is unknown.
+    too. kept: the sentence that a pass of the runs proves, such as "the form is kept"; the reason
+    says that another motion does. If the scene has no exact motion to compare single steps with,
+    the verdict of the runs stands; if the rule makes no single step, it does not pass, for the
+    motion that it approximates as the step goes to 0 is unknown.
     """
     local = measurement.get(LOCAL)
-    return verdict if local is None else judge(decoded(SingleSteps, local), verdict, *laws)
+    if local is None:
+        return verdict
+    kept = "" if "not_demanded" in verdict.expected else kept
+    return judge(decoded(SingleSteps, local), verdict, *laws, kept=kept)
 
 
 def judge(
     local: SingleSteps | None, verdict: Verdict, *laws: str, wanted: int | None = None,
-    asks_order: bool = False, what: str = "",
+    asks_order: bool = False, what: str = "", kept: str = "",
 ) -> Verdict:  # fmt: skip
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
     wanted: the declared order; without one, steps need only be consistent. asks_order: True if a
     pass needs an order that is known. what: the name of the system that made the steps, for the
-    reason.
+    reason. kept: as of `demand_consistency`.
     """
     if local is None:
         return verdict
@@ -65,7 +71,7 @@ def judge(
         if one is not None and one.broken:
             said = broken(law, one, local.seed, what)
             return Verdict("fail", said, verdict.expected, why=STEPS_ARE_OFF)
-    verdict = _of_order(local, verdict, wanted, asks_order, what)
+    verdict = _of_order(local, verdict, wanted, asks_order, what, kept)
     if verdict.verdict == "pass" and local.unscanned:
         said = "faults in narrow parts of the motion were not looked for, since no run was made"
         return verdict.because(f"{verdict.reason} {said} {local.unscanned}".strip())
@@ -73,7 +79,7 @@ def judge(
 
 
 def _of_order(
-    local: SingleSteps, verdict: Verdict, wanted: int | None, asks_order: bool, what: str
+    local: SingleSteps, verdict: Verdict, wanted: int | None, asks_order: bool, what: str, kept: str
 ) -> Verdict:
     """Return the verdict with the order of single steps, below which the runs deny nothing."""
     if local.exact or local.floats.explain:
@@ -88,9 +94,11 @@ def _of_order(
     if local.order >= (wanted or 1) - NEAR or verdict.verdict == "fail":
         return verdict
     said = lower(local, wanted, what)
-    if not asks_order and verdict.verdict == "pass":
-        said = f"the runs show no fault, but {said}"
     why = NOT_CONSISTENT if local.order < 1 - NEAR else STEPS_ARE_OFF
+    if kept and verdict.verdict == "pass":
+        said, why = f"{kept}, but by another motion than the scene's: {said}", KEPT_ELSEWHERE
+    elif not asks_order and verdict.verdict == "pass":
+        said = f"the runs show no fault, but {said}"
     return Verdict("fail", said, verdict.expected, why=why)
 
 

@@ -34,8 +34,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     And the steps have to be consistent: a method of another motion may keep all quantities.
     """
-    judged = _judged(case, measurement.measured["drift"])
-    return demand_consistency(measurement, _judge(case, measurement), *map(key_of, judged))
+    laws = map(key_of, _judged(case, measurement.measured["drift"]))
+    kept = "every momentum keeps its law"
+    return demand_consistency(measurement, _judge(case, measurement), *laws, kept=kept)
 
 
 def _judged(case: Case, drift: Mapping[str, float]) -> list[str]:

@@ -48,7 +48,8 @@ def _broken(case: Case, found: Found) -> dict[str, float]:
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the form and the steps: keeping the form of another motion fails too."""
     laws = () if not_claimed(case.rule, "symplectic") else (FORM.name,)
-    return demand_consistency(measurement, _judge(case, measurement), *laws)
+    kept = "the form is kept"
+    return demand_consistency(measurement, _judge(case, measurement), *laws, kept=kept)
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from discmech.studies.core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
+from discmech.studies.core.outcome import OF_STEPS
 from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
 from discmech.studies.report.summary import headline, merged
@@ -204,7 +204,7 @@ def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
 
 
 @pytest.mark.parametrize(("why", "words"), [
-    (NOT_CONSISTENT, NOT_CONSISTENT), (STEPS_ARE_OFF, STEPS_ARE_OFF), (None, "5.0×10⁻¹⁶"),
+    *((why, why) for why in OF_STEPS), (None, "5.0×10⁻¹⁶"),
 ])  # fmt: skip
 def test_a_cross_stands_beside_what_it_is_for(why, words):
     """A figure within its limit is not the reason why a verdict fails."""

@@ -8,7 +8,7 @@ import pytest
 from discmech import midpoint, scenes
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Measurement, Verdict
-from discmech.studies.core.outcome import NOT_CONSISTENT
+from discmech.studies.core.outcome import KEPT_ELSEWHERE, NOT_CONSISTENT
 from discmech.studies.evidence.judging import demand_consistency
 from discmech.studies.evidence.measuring import single_steps
 from tests.studies.cached_results import measured
@@ -24,6 +24,10 @@ def _loaded(name):
 
 
 of_form, of_order = _loaded("form"), _loaded("order")
+KEPT = {
+    "symplecticity": "the form is kept", "energy": "the energy keeps its law",
+    "momentum": "every momentum keeps its law",
+}  # fmt: skip
 CASES = [
     ("symplecticity", "pendulum", of_order.heavy, 24), ("energy", "pendulum", of_form.nothing, 500),
     ("momentum", "spherical-pendulum", of_order.heavy, 200),
@@ -35,7 +39,8 @@ CASES = [
 def test_what_is_not_consistent_passes_nowhere(study, scene, rule, steps):
     case = measured(study, scene, rule, 16, steps)
 
-    assert case["verdict"] == "fail" and case["why"] == NOT_CONSISTENT
+    assert case["verdict"] == "fail" and case["why"] == KEPT_ELSEWHERE
+    assert case["reason"].startswith(f"{KEPT[study]}, but by another motion than the scene's")
     assert "from an exact state (" in case["reason"] and ", seed " in case["reason"]
 
 
@@ -45,6 +50,15 @@ def test_a_sound_step_leaves_the_verdict():
 
     assert single_steps(case).order == pytest.approx(2, abs=0.01)
     assert demand_consistency(Measurement.of({"local": single_steps(case)}), told) is told
+
+
+def test_a_law_that_no_run_showed_is_not_said_to_be_kept():
+    local = {"order": 0.0, "component": "mu[0]"}
+
+    for verdict, expected in (("pass", {"not_demanded": "a force"}), ("inconclusive", {})):
+        told = Verdict(verdict, "", expected)
+        found = demand_consistency({"local": local}, told, kept=KEPT["symplecticity"])
+        assert found.why == NOT_CONSISTENT and KEPT["symplecticity"] not in found.reason
 
 
 @pytest.mark.parametrize("found", [
