@@ -37,7 +37,8 @@ class Beginning:
     later: e₁ of three steps together. parts: by name, terms of f in all entries. others: the fields
     of known mistakes. misread: what a program takes z for that reads states otherwise, and what it
     takes for z. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
-    moved: Φ_h(z) − z of the longest and the shortest step.
+    moved: Φ_h(z) − z of the longest and the shortest step. square: the limit of (Φ_h(z) − z)/h²,
+    of entries that the limit field leaves as they are.
     """
 
     z: Vector
@@ -55,6 +56,7 @@ class Beginning:
     misread: dict[str, list[Vector]]
     span: Vector
     moved: tuple[Vector, Vector]
+    square: Vector
     grown: float = 1.0
     shortest: Vector | None = None
 
@@ -121,6 +123,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
                      parts, others, misread, span, (images[0] - z, images[-1] - z),
+                     _at_zero(sizes, (images - z) / sizes[:, None] ** 2),
                      _grown(sizes, one / span), one[-1])  # fmt: skip
 
 

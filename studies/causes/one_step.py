@@ -23,7 +23,9 @@ from ..core.case import Case
 from ..evidence import NEAR, Floor, Grid, evidence_of
 from ..evidence.laws import AGAIN
 from .first_terms import PARTS, SAME, SEEN, Beginning, Told, beginnings, factor, only
+from .known_steps import known_step
 from .no_step import of_no_step
+from .unlike_steps import of_unlike_steps
 
 WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
@@ -71,7 +73,10 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
         or _of_limit(case, found, n)
         or _of_small_factor(case, found)
     )
-    told = told or (_of_second(case, found, n, finest) if order else None)
+    if told is None and order:
+        told = _by_design(case) or _of_second(case, found, n, finest)
+    if told is None and not case.rule.is_formula:
+        told = of_unlike_steps(case)
     if told is None:
         return None
     evidence = {"limit": [float(e) for e in found[0].first_error / found[0].span],
@@ -87,6 +92,23 @@ def _of_floor(case: Case, floor: Floor) -> dict[str, Any] | None:
     cause = "single precision" if "single precision" in floor.words else "rounded"
     said = f"all that it gives are {floor.words}."
     return {"cause": cause, "sentence": said, "evidence": {"floor": floor.size}}
+
+
+def _by_design(case: Case) -> Told | None:
+    """Return the cause if a program's steps are those of a known method of a lower order."""
+    known = None if case.rule.is_formula else known_step(case.scheme)
+    if known is None or known[1] >= (case.order or 1):
+        return None
+    name, order = known
+    more = ""
+    if "symplectic Euler" in name:
+        when = "late" if name.endswith("drift") else "early"
+        more = ", or begin and end with half a kick: it is a leapfrog whose momentum is half a "
+        more += f"step {when}"
+    return ("first order", "second order")[order - 1], (
+        f"its steps are those of {name}, to round-off, which is of order {order} by design: claim "
+        f"order={order}{more}."
+    )
 
 
 def _explains(found: list[Beginning], field: Any) -> bool:
@@ -192,6 +214,8 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
             "it moves along the motion, but by a time of its own that depends on the state, "
             f"{min(own):.4g} to {max(own):.4g} of the step: its steps are not of the size h."
         )
+    if (told := _squared(found, n)) is not None:
+        return told
     if _cancels(found, n):
         return "flipped sign", (
             "the kicks of a step cancel, so that none is left as h goes to 0, though each moves "
@@ -206,7 +230,37 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     drag = factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
         return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
-    return _of_entries(case, found, n)
+    return _not_squared(found, n) or _of_entries(case, found, n)
+
+
+def _squared(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if a part of a step has h² in place of h."""
+    for name, what, own in (
+        ("the motion of x", "x", slice(0, n)),
+        ("the gradient of the potential", "the momentum", slice(n, None)),
+    ):
+        missing, c = (
+            factor(found, lambda b, k=key, s=own: only(getattr(b, k), s),
+                    lambda b, k=name: b.parts[k])
+            for key in ("first_error", "square")
+        )  # fmt: skip
+        if missing is not None and abs(missing + 1) < SAME and c is not None and abs(c) > SEEN:
+            return "power of h", f"{what} is moved by {c:.4g} h² of {name}, in place of h."
+    return None
+
+
+def _not_squared(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if a term of a step has h in place of h²."""
+    for what, own in (("x", slice(0, n)), ("the momentum", slice(n, None))):
+        c = factor(found, lambda b, s=own: only(b.first_error, s),
+                    lambda b, s=own: only(b.second, s))  # fmt: skip
+        others = _vanishes(found, lambda b, s=own: b.first_error - only(b.first_error, s))
+        if c is not None and abs(c) > SEEN and others:
+            return "power of h", (
+                f"a term of {what} has h in place of h²: it is {c:.4g} h times the second "
+                "derivative, of which a step has h²/2."
+            )
+    return None
 
 
 def _cancels(found: list[Beginning], n: int) -> bool:

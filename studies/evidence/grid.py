@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,13 +30,15 @@ DIGITS = {10: range(16), 2: range(53)}
 class Grid:
     """Multiples of base^-digits, or if relative numbers with so many digits.
 
-    unit: the size of another grid, in place of a power of the base.
+    unit: the size of another grid, in place of a power of the base. single: True if single
+    precision gives it, of numbers that sums and differences have left on the grid of the largest.
     """
 
     base: int
     digits: int
     relative: bool = False
     unit: float = 0.0
+    single: bool = False
 
     @property
     def words(self) -> str:
@@ -52,7 +54,8 @@ class Grid:
             return "whole numbers"
         if self.base == 10:
             return f"numbers rounded to {self.digits} decimal{'s' * (self.digits > 1)}"
-        return f"multiples of 2^-{self.digits}"
+        of = ", numbers of single precision" if self.single else ""
+        return f"multiples of 2^-{self.digits}{of}"
 
     def units(self, values: Vector) -> Vector:
         """Return the distance of neighbours on the grid at each number that is not 0."""
@@ -101,7 +104,17 @@ def _grid_of(column: Vector) -> Grid | None:
         return None
     found = {grid: grid.chance(values) for grid in _candidates(values)}
     grid = min(found, key=lambda each: found[each], default=None)  # the first of equal ones
-    return grid if grid is not None and found[grid] <= CHANCE else None
+    if grid is None or found[grid] > CHANCE:
+        return None
+    if grid.base == 2 and not grid.relative and not grid.unit and (values == single(values)).all():
+        largest = np.spacing(np.float32(np.abs(values).max()))
+        return replace(grid, single=bool(2.0**-grid.digits <= largest))
+    return grid
+
+
+def single(values: Vector) -> Vector:
+    """Return the numbers as single precision has them."""
+    return np.asarray(values, dtype=np.float32).astype(float)
 
 
 def _candidates(values: Vector) -> Iterator[Grid]:

@@ -113,7 +113,7 @@ def euler(q, p, h, s):
     return q + h * a, p + h * b
 
 
-@mistake("stored half step")
+@mistake("first order")
 def late(q, p, h, s):
     p = p - h * s.gradient(q, p)
     return q + h * s.velocity(q, p), p
@@ -133,6 +133,33 @@ def single(q, p, h, s):
 def single_result(q, p, h, s):
     q, p = kick_drift_kick(q, p, h, s)
     return q.astype(np.float32).astype(float), p.astype(np.float32).astype(float)
+
+
+@mistake("single precision")
+def single_throughout(q, p, h, s):
+    """Of which differences leave fewer bits than a number of single precision may have."""
+    q, p, h = q.astype(np.float32), p.astype(np.float32), np.float32(h)
+    p = p - h / 2 * s.gradient(q, p).astype(np.float32)
+    q = q + h * s.velocity(q, p).astype(np.float32)
+    return q.astype(float), (p - h / 2 * s.gradient(q, p).astype(np.float32)).astype(float)
+
+
+@mistake("unlike steps")
+class StaleTenth:
+    """Verlet with a force that is not computed anew in each tenth step."""
+
+    def start(self, q, p, h, s):
+        return q, p, s.gradient(q, p), 0
+
+    def step(self, state, h, s):
+        q, p, force, k = state
+        p = p - h / 2 * force
+        q = q + h * s.velocity(q, p)
+        force = force if k % 10 == 9 else s.gradient(q, p)
+        return q, p - h / 2 * force, force, k + 1
+
+    def read(self, state, s):
+        return state[:2]
 
 
 @mistake("drag")
@@ -157,13 +184,26 @@ def taylor(of_x=1.0, of_mu=1.0):
     return step
 
 
+def to_power(of_drift=1, of_x=2, of_mu=1):
+    """Velocity Verlet, whose terms come with such powers of h."""
+
+    def step(q, p, h, s):
+        g = s.gradient(q, p)
+        Q = q + h**of_drift * s.velocity(q, p) - h**of_x / 2 * s.velocity(q, g)
+        return Q, p - h**of_mu / 2 * (g + s.gradient(Q, p))
+
+    return step
+
+
 for number, (cause, made) in enumerate((
+    ("power of h", to_power(of_x=1)), ("power of h", to_power(of_mu=2)),
+    ("power of h", to_power(of_drift=2, of_x=3)),
     ("factor", taylor(of_x=2.0)), ("factor", taylor(of_x=2 / 3)), ("factor", taylor(of_mu=1.2)),
 )):  # fmt: skip
     MISTAKES.append((cause, black_box(order=2, name=f"taylor-{number}")(made)))
 
 
-@mistake("stored half step", numbers="float32")
+@mistake("first order", numbers="float32")
 def late_in_single_precision(q, p, h, s):
     p = p - h * s.gradient(q, p)
     return q + h * s.velocity(q, p), p

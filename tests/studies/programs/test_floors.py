@@ -92,6 +92,13 @@ def test_a_method_has_its_order_down_to_the_floor_of_its_numbers(words):
     assert "down to a floor of its own of" in found["reason"]
 
 
+@pytest.mark.parametrize(("power", "said"), [(24, ", numbers of single precision"), (12, "")])
+def test_a_grid_that_differences_of_single_numbers_leave_is_called_so(power, said):
+    """Multiples of 2⁻¹² of numbers of size 1 are coarser than these are in single precision."""
+    (grid,) = grids_of(np.arange(1, 2**power, 2**power // 97, dtype=float)[:, None] / 2.0**power)
+    assert grid.words == f"multiples of 2^-{power}{said}"
+
+
 @pytest.mark.slow
 def test_a_grid_of_velocities_is_one_of_momenta():
     """The numbers that the program itself gives are looked at, before they become momenta."""

@@ -94,6 +94,16 @@ def test_a_run_that_begins_elsewhere_fails_as_itself(off):
         flow.trajectory(4)
 
 
+def test_a_start_that_was_rounded_to_single_precision_is_called_so():
+    def rounded(q, p, h, steps, every, system):
+        rows = np.tile(np.float32([*q, *p]), (steps // every + 1, 1)).astype(float)
+        return rows[:, :1], rows[:, 1:]
+
+    flow = black_box(order=1, runs=True)(rounded).discretise(scenes.get("pendulum")).flow(0.1)
+    with pytest.raises(Displaced, match="as its rounding to single precision is"):
+        flow.trajectory(4, x0=[0.1], mu0=[0.0])
+
+
 @pytest.mark.slow
 def test_a_program_of_high_order_is_judged_by_its_runs():
     """Its errors are round-off before they show their power of the step."""

@@ -44,7 +44,7 @@ def test_constraints_and_quaternions_of_ones_own():
     assert found == ["pass", "fail", "pass", "pass"]
 
 
-FAST = ("split-1", "LateLeapfrog", "own-step")
+FAST = ("split-1", "LateLeapfrog", "own-step", "late", "StaleTenth", "taylor-0", "taylor-1")
 
 
 @pytest.mark.dear("1]", "step")
@@ -64,7 +64,9 @@ def test_a_mistake_is_caught_with_its_cause(cause, box):
     ("split-0", "the kicks of a step cancel"), ("split-14", "is off by 1e-08 of it"),
     ("ignores-h", "the same for every h"), ("gives-p-first", "it gives (p, q)"),
     ("takes-p-first", "it takes p for q"), ("changes-each-seventh", "made again, differ"),
-    ("split-9", "is missing in the step"),
+    ("split-9", "is missing in the step"), ("late", "symplectic Euler method, kick and drift"),
+    ("StaleTenth", "one step in 10"), ("taylor-0", "0.5 h times the second derivative"),
+    ("taylor-1", "moved by 1 h² of the gradient"), ("single-throughout", "numbers of single"),
 ])  # fmt: skip
 def test_a_mistake_has_a_sentence_of_its_own(name, words):
     ((cause, box),) = (each for each in MISTAKES if each[1].name == name)

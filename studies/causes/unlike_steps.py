@@ -1,0 +1,64 @@
+"""Steps of a run that are not alike: each tenth of them is another than those beside it.
+
+A single step from a place is the first of its run, and shows no fault that comes with a count.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators import DiscmechError
+from discmech.integrators.numbers import Vector
+from discmech.reference import many_motions
+
+from ..core.case import Case
+from ..evidence.rows import velocities
+from .first_terms import Told
+
+#: the steps of a run that are looked at, of which one in `LONGEST` is seen three times
+STEPS = 128
+LONGEST = STEPS // 3 - 1
+#: an error so many times the lower quartile of those of `BESIDE` steps before and after it is no
+#: change along the motion, where the constant of a method changes by less than a third in a step
+#: (`evidence.rows`); a quartile is that of a sound step also where each second one is another
+CLEARLY, BESIDE = 8, 5
+
+
+def of_unlike_steps(case: Case) -> Told | None:
+    """Return the cause of steps that are wrong at each so many-th step of a run, or None."""
+    scheme: Any = case.scheme
+    try:
+        flow = scheme.flow(case.scene.step)
+        run = flow.trajectory(STEPS)
+        x, mu, v = (np.asarray(e, dtype=float) for e in (run.x, run.mu, velocities(scheme, run)))
+        h, scale = float(flow.step), np.abs(np.hstack([x, mu])).max(axis=0)
+        spans, by = np.full(STEPS, h), np.ones(x.shape[1] + v.shape[1])
+        ends = many_motions(case.scene).after(x[:-1], v[:-1], h * np.arange(STEPS), spans, by)
+    except (DiscmechError, reference.ReferenceFailure):
+        return None
+    gaps = np.abs(np.hstack([x, mu])[1:] - np.hstack([ends.x, ends.mu])) / np.where(scale, scale, 1)
+    off = gaps.max(axis=1)
+    usual = np.array([np.quantile(off[max(0, k - BESIDE) : k + BESIDE + 1], 0.25)
+                      for k in range(STEPS)])  # fmt: skip
+    wrong = np.flatnonzero(off > CLEARLY * usual)
+    if not (period := _period(wrong)):
+        return None
+    k = wrong[int(off[wrong].argmax())]
+    entry = int(gaps[k].argmax())
+    name = f"x[{entry}]" if entry < x.shape[1] else f"mu[{entry - x.shape[1]}]"
+    return "unlike steps", (
+        f"one step in {period} of a run is another than those beside it: step {k + 1} is off by "
+        f"{off[k]:.1g} of the motion in {name}, where they are off by {usual[k]:.1g}; look for "
+        "what is done, or left out, by a count of the steps, such as a force that is not computed "
+        "anew."
+    )
+
+
+def _period(wrong: Vector) -> int:
+    """Return the number of steps after which wrong ones come again, each time; 0 for none."""
+    first = [int(k) for k in wrong if k and k - 1 not in wrong]  # those in a row count as one
+    gaps = set(np.diff(first))
+    return int(gaps.pop()) if len(first) > 2 and len(gaps) == 1 and first[0] <= LONGEST else 0
