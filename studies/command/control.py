@@ -11,7 +11,7 @@ from discmech.integrators import retractions
 
 from ..core import lookup
 from ..core.options import whole
-from .options import RULE_HELP
+from .options import add_rule, rule_asked
 from .output import DERIVED, progress_shown, write_json, write_run
 
 
@@ -25,7 +25,7 @@ def add_to(commands: Any) -> None:
         "problem", nargs="?", metavar="SCENE",
         help="a name, or FILE.py:VARIABLE (default: list the names)",
     )  # fmt: skip
-    parser.add_argument("--rule", metavar="R", help=f"{RULE_HELP}; default: midpoint")
+    add_rule(parser, "; default: midpoint")
     parser.add_argument("--steps", default="100", metavar="N", help="default: 100")
     parser.add_argument("--retraction", metavar="NAME")
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
@@ -48,10 +48,8 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
         if options.retraction:
             chart = retractions.get(options.retraction)
             problem = problem.with_values(scene=problem.scene.with_retraction(chart))
-        rule, steps = (
-            lookup.rule(options.rule or "midpoint"),
-            whole("--steps")(options.steps or "100"),
-        )
+        rule = lookup.rule(rule_asked(options, "midpoint"))
+        steps = whole("--steps")(options.steps or "100")
         problem.stages(rule)
         show("steering", DERIVED)
         begun = time.perf_counter()

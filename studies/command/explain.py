@@ -77,6 +77,7 @@ def _lines(scheme: Scheme) -> list[str]:
     title = f"{scene.name} by {rule.name}"
     where = f"groupoid {scene.groupoid.name}, dim x {scene.groupoid.dim_x}, "
     where += f"dim u {scene.groupoid.dim_u}"
+    where += f", retraction {scene.groupoid.retraction}" if scene.groupoid.retraction else ""
     lines = [title, "=" * len(title), where]
     method = ["", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
     if scheme.equations.discrete is None:

@@ -10,12 +10,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators.errors import BadInput
-
 from ..core import lookup
 from ..core.options import digits_in, option_words, whole
 from .explain import wrapped
-from .options import RULE_HELP, scene_asked
+from .options import add_rule, rule_asked, scene_asked
 from .output import EXIT, progress_shown, write_json
 
 if TYPE_CHECKING:
@@ -34,8 +32,7 @@ def add_to(commands: Any) -> None:
         "modified", help="the modified Hamiltonian of a method, by powers of the step, checked"
     )
     parser.add_argument("scene")
-    parser.add_argument("named", nargs="?", metavar="RULE", help=RULE_HELP)
-    parser.add_argument("--rule", metavar="R", help="the rule, in place of RULE")
+    add_rule(parser)
     parser.add_argument(
         "--order", metavar="K", help="the last power of h (default: 4, or the rule's order)"
     )
@@ -53,9 +50,7 @@ def _modified(options: argparse.Namespace) -> int:
     from ..core.claims import not_claimed
     from ..modified.measuring import as_rows, below_order, judge, kept
 
-    if (options.named is None) == (options.rule is None):
-        raise BadInput("say one rule: discmech modified SCENE RULE, or --rule RULE.")
-    rule = options.named or options.rule
+    rule = rule_asked(options)
     asked = None if options.order is None else whole("--order", 12)(options.order)
     digits = digits_in(options.digits)
     with progress_shown("deriving") as show:

@@ -189,6 +189,20 @@ def scene_asked(options: argparse.Namespace, lattices: bool = False) -> Scene:
     return scene
 
 
+def add_rule(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Declare one rule: the word after the scene, or that of --rule."""
+    parser.add_argument("named", nargs="?", metavar="RULE", help=RULE_HELP + more)
+    parser.add_argument("--rule", metavar="R", help="the rule, in place of RULE")
+
+
+def rule_asked(options: argparse.Namespace, usual: str | None = None) -> str:
+    """Return the word of the rule; raises `BadInput` for two, and for none without a usual one."""
+    named = [word for word in (options.named, options.rule) if word is not None]
+    if len(named) > 1 or not (named or usual):
+        raise BadInput("say one rule: the word after the scene, or --rule RULE.")
+    return str(named[0] if named else usual)
+
+
 def page_of(options: argparse.Namespace, command: str) -> str:
     """Return the command that makes the page again, with its folder and the look of its figures."""
     given = {

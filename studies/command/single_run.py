@@ -13,7 +13,7 @@ from discmech.integrators import BadInput, StepFailure
 from ..core import lookup
 from ..core.options import digits_in, whole
 from .control import steer
-from .options import RULE_HELP, scene_asked
+from .options import add_rule, rule_asked, scene_asked
 from .output import DERIVED, progress_shown, write_json, write_run
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def add_to(commands: Any) -> None:
     said = "one trajectory of a scene or lattice; a problem of optimal control is solved"
     parser = commands.add_parser("run", help=said)
     parser.add_argument("scene")
-    parser.add_argument("--rule", metavar="R", help=f"{RULE_HELP}; default: trapezoidal")
+    add_rule(parser, "; default: trapezoidal")
     parser.add_argument(
         "--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)'
     )
@@ -131,7 +131,7 @@ def _measured(
 
     scene: Any = scene_asked(options, lattices=True)
     digits, every = digits_in(options.digits, single=True), whole("--every")(options.every)
-    system = system_of(Case("run", scene, lookup.rule(options.rule or "trapezoidal"), digits))
+    system = system_of(Case("run", scene, lookup.rule(rule_asked(options, "trapezoidal")), digits))
     show(f"{scene.name}: deriving", 0.0)
     _ = system.scheme
     show(f"{scene.name}: compiling", DERIVED)

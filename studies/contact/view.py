@@ -35,6 +35,10 @@ def _got(case: Case) -> str:
     return ", ".join(said if order is None else [*said, f"impacts of order {order:.2f}"])
 
 
+def _order(case: Case) -> str:
+    return NONE if case.measured.order is None else f"{case.measured.order:.2f}"
+
+
 def _impacts(case: Case) -> str:
     return ", ".join(str(e.impacts) for e in _laws(case) if e.impacts is not None) or NONE
 
@@ -42,8 +46,9 @@ def _impacts(case: Case) -> str:
 VIEW = View(
     measured=Measured, expected=AtMost,
     columns=[
-        ("Impacts, stepped and located", _impacts), _column("penetration", "Penetration"),
-        _column("cone", "Cone"), _column("impact_energy", "Energy of impacts"),
+        ("Impacts, stepped and located", _impacts), ("Order", _order),
+        _column("penetration", "Penetration"), _column("cone", "Cone"),
+        _column("impact_energy", "Energy of impacts"),
         _column("jump", "Momentum of impacts"),
     ],
     got=_got, wanted=lambda case: f"≤ {scientific(case.expected.limit)}",

@@ -98,7 +98,10 @@ def digits_in(text: str, single: bool = False) -> int:
 
 
 def values_of(text: str) -> tuple[str, list[str]]:
-    """Return (name, values) of w=0:1/2:21, from 0 to 1/2 in 21 values, or of w=0,1/6,1/4."""
+    """Return (name, values) of w=0:1/2:21, from 0 to 1/2 in 21 values, or of w=0,1/6,1/4.
+
+    Values stand as they were written: 0.1 is no 1/10, and from 0 to 0.5 they are decimals too.
+    """
     from discmech.integrators.numbers import exact
 
     name, equals, given = text.partition("=")
@@ -107,9 +110,9 @@ def values_of(text: str) -> tuple[str, list[str]]:
             first, last, count = given.split(":")
             begin, number = Fraction(first), int(count)
             size = (Fraction(last) - begin) / (number - 1)
-            values = [begin + size * k for k in range(number)]
+            values = [_like(first + last, begin + size * k) for k in range(number)]
         else:
-            values = [exact(each, name) for each in given.split(",")]
+            values = [each.strip() for each in given.split(",") if exact(each, name) is not None]
     except (ValueError, ZeroDivisionError):  # BadInput is one
         values = []
     if not (name.isidentifier() and equals and values):
@@ -117,7 +120,15 @@ def values_of(text: str) -> tuple[str, list[str]]:
             f"--vary {text} names no number with its values: write --vary w=0:1/2:21 for 21 values "
             "from 0 to 1/2, or --vary w=0,1/6,sqrt(3)/6."
         )
-    return name, [str(value) for value in values]
+    return name, values
+
+
+def _like(given: str, value: Fraction) -> str:
+    """Return the value as a decimal, if it is one and the given ones are, or as a fraction."""
+    decimal = str(float(value))
+    return (
+        decimal if "." in given and "/" not in given and Fraction(decimal) == value else str(value)
+    )
 
 
 def seconds(what: str) -> Callable[[str], float]:

@@ -1,4 +1,4 @@
-"""The picture of a number that takes several values: order and error constant as curves."""
+"""The picture of a number that takes several values: its order and its error constant."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def _panels(curve: Curve) -> Iterator[Panel]:
     for what, points in (("order", orders), (of, sizes)):
 
         def draw(axes: Axes, points: Any = points, zero: bool = points is sizes) -> None:
-            axes.plot(*zip(*points, strict=True), "o-", ms=3, lw=0.9, color="C0")
+            # an order jumps from value to value, with nothing in between
+            line = "o-" if zero else "o"
+            axes.plot(*zip(*points, strict=True), line, ms=3, lw=0.9, color="C0")
             for point in (point for point in points if point[0] == best):
                 axes.plot(*point, "o", ms=7, mfc="none", color="C1")
             if zero:

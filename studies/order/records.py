@@ -105,8 +105,10 @@ class Expected:
 # -- a number that takes several values ------------------------------------------------------------
 
 #: mine:w=1/6 or mine:w=sqrt(3)/6 of a rule, mine.w-1_6 of a scene
-_NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?|[^:=,]*sqrt[^:=,]*)")
-FEWEST = 3  # values that make a curve
+_NAME = re.compile(
+    r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[./_]\d+)?(?:e[-+]?\d+)?|[^:=,]*sqrt[^:=,]*)"
+)
+FEWEST = 2  # values that can be compared
 
 
 def is_of_a_value(name: str) -> bool:
@@ -158,6 +160,8 @@ class Curve:
     def sentence(self) -> str:
         """What the curve says, in a sentence."""
         value, case = self.best
+        names = (_NAME.fullmatch(str(name)) for name in (case.named or case.rule, case.scene))
+        written = next((name[3].replace("_", "/") for name in names if name), str(value))
         order = round(case.measured.order)
         where = f"{self.of} on {self.place}, {self.digits} digits:"
         if self.is_flat:
@@ -175,8 +179,8 @@ class Curve:
         ends = value in (self.cases[0][0], self.cases[-1][0])
         beyond = "It is an end of the range: beyond it may be a better one." if ends else ""
         return (
-            f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {value}, "
-            f"{said}; its error constant is {_shown(case)}{to_time(case)}. {beyond}".rstrip()
+            f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {written}"
+            f", {said}; its error constant is {_shown(case)}{to_time(case)}. {beyond}".rstrip()
         )
 
 

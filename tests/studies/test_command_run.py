@@ -12,7 +12,7 @@ from tests.studies.commands import strict
 
 @pytest.mark.dear(but=("words0",))
 @pytest.mark.parametrize(("words", "said"), [
-    (("pendulum",), ""),
+    (("pendulum", "midpoint"), ""),
     (("rigid-body", "--retraction", "exponential", "--step", "8", "--on-edge", "shrink"),
      "its edge was met 6 times"),
     (("moser-veselov", "--on-edge", "bisect"), "smallest margin to the edge of the chart: 0.999"),

@@ -94,6 +94,7 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     ):  # fmt: skip
         assert words in shown
     assert max(map(len, shown.splitlines())) <= 100
+    assert "retraction" not in shown and "retraction cayley" in explain("rigid-body", midpoint)
 
 
 @pytest.mark.slow

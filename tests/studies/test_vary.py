@@ -46,7 +46,9 @@ def mine(tmp_path):
 
 def test_values_are_exact():
     assert values_of("w=0:1/2:4") == ("w", ["0", "1/6", "1/3", "1/2"])
-    assert values_of("k=0.1,2,1e1") == ("k", ["1/10", "2", "10"])
+    assert values_of("k=0.1,2,1e1") == ("k", ["0.1", "2", "1e1"])
+    assert values_of("w=0:0.5:6") == ("w", ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5"])
+    assert values_of("w=0:0.5:4") == ("w", ["0.0", "1/6", "1/3", "0.5"])
     assert values_of("w=1/5,sqrt(3)/6") == ("w", ["1/5", "sqrt(3)/6"])
     for text in ("w", "w=", "w=0:1", "w=0:1:1", "w=a:b:3", "=1,2"):
         with pytest.raises(BadInput, match=r"--vary .* names no number with its values: write"):
@@ -105,10 +107,22 @@ def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
     assert curve.best[0] == Fraction(1, 5) and curve.usual == 2
     assert constant(curve.best[1].rows, curve.best[1].measured.order) == pytest.approx(0.2)
     assert "the best, w = 1/5, has the order 4, which 2 of them have" in curve.sentence
-    assert curves(few[:2]) == [] and list(sketches(few[:2])) == []
+    assert curves(few[:1]) == [] and list(sketches(few[:1])) == []
+    (two,) = curves([case("0.1", 2, 0.2), case("0.25", 2, 0.1)])
+    assert "of 2 values of w the best, w = 0.25, has the order 2" in two.sentence
     (sketch,) = sketches(few)
+    lines = [_drawn(panel).lines[0].get_linestyle() for panel in sketch.panels]
+    assert lines == ["None", "-"]  # an order has no values between two of them
     assert [panel.subtitle for panel in sketch.panels] == ["order", "C of error ≈ C h² at t = 2.5"]
     assert constant(few[0].rows, None) is None
+
+
+def _drawn(panel):
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    panel.draw(axes)
+    return axes
 
 
 @pytest.mark.parametrize(("sizes", "word"), [

@@ -180,6 +180,8 @@ class Calls:
         if _displaced(qs[0], q) or _displaced(ps[0], p):
             off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
             said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
+            if all((a == b.astype(np.float32)).all() for a, b in ((qs[0], q), (ps[0], p))):
+                said += ", as its rounding to single precision is: compute in double precision"
             raise BeginsElsewhere(0, said)
         fine = self.kind.kind != "O" and bool(np.isfinite(qs).all() and np.isfinite(ps).all())
         for k in range(1, rows):
