@@ -7,10 +7,10 @@ import time
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
-from discmech.integrators.errors import shown
 from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
+from ..core.options import whole
 from .output import progress_shown, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
@@ -67,14 +67,7 @@ def _one(options: argparse.Namespace) -> int:
     """Answer for one scene at one time."""
     from discmech.reference import progress_to, solution
 
-    try:
-        digits = int(options.digits)
-    except ValueError:
-        digits = 0
-    if not 1 <= digits <= MOST_DIGITS:
-        raise BadInput(
-            f"--digits is {shown(options.digits)}: give a whole number from 1 to {MOST_DIGITS}."
-        )
+    digits = whole("--digits", MOST_DIGITS)(options.digits)
     begun = time.perf_counter()
     with progress_shown("loading") as show, progress_to(show):
         scene = lookup.scene(options.scene)

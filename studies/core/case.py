@@ -16,6 +16,7 @@ from discmech.integrators.scene import Scene, remembered
 from . import words
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
+from .options import option_words
 from .outcome import Measurement, Verdict, worst
 from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
@@ -214,12 +215,12 @@ class Case:
             parts += ["--rule", shlex.quote(words.address_of(self.rule))]
         else:
             parts += ["--control", f'"{self.control}"']
-        if self.scene.groupoid.retraction in retractions.BUILT_IN:
-            parts += ["--retraction", self.scene.groupoid.retraction]
-        parts += ["--digits", str(self.digits)]
-        if self.steps is not None:
-            parts += ["--steps", str(self.steps)]
-        return " ".join([*parts, *(["--thorough"] if self.thorough else [])])
+        chart = self.scene.groupoid.retraction
+        given = {
+            "--retraction": chart if chart in retractions.BUILT_IN else None,
+            "--digits": self.digits, "--steps": self.steps, "--thorough": self.thorough,
+        }  # fmt: skip
+        return " ".join([*parts, *option_words(given)])
 
 
 def silent(label: str, fraction: float) -> None:

@@ -49,10 +49,16 @@ class Kind:
     called: Callable[[str], Any]
 
 
-def _scene_called(word: str) -> Any:
-    """Return the scene of that name, also of a problem of control, or the lattice."""
+def _problems() -> Any:
+    """The problems of control that come with discmech, which few commands load."""
     from discmech.integrators.extensions.control import scenes as problems
 
+    return problems
+
+
+def _scene_called(word: str) -> Any:
+    """Return the scene of that name, also of a problem of control, or the lattice."""
+    problems = _problems()
     if word in problems.NAMES:
         return problems.get(word).scene
     if word in systems.NAMES:
@@ -61,12 +67,6 @@ def _scene_called(word: str) -> Any:
     if word in known:
         return scenes.get(word)
     raise unknown("scene", word, (*known, *problems.NAMES, *systems.NAMES))
-
-
-def _problem_called(word: str) -> Any:
-    from discmech.integrators.extensions.control import scenes as problems
-
-    return problems.get(word)
 
 
 def _study_called(word: str) -> Study:
@@ -84,7 +84,7 @@ def _problems_in(file: UserFile) -> dict[str, Any]:
 
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
 SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
-CONTROL = Kind("Control(...)", _problems_in, _problem_called)
+CONTROL = Kind("Control(...)", _problems_in, lambda word: _problems().get(word))
 STUDY = Kind("study", lambda file: file.studies, _study_called)
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
@@ -172,18 +172,15 @@ def control(word: str) -> Any:
 
 def problem_named(word: str) -> Any:
     """The problem of control that a word names, by a built-in name or its variable; else None."""
-    from discmech.integrators.extensions.control import scenes as problems
-
     file, name = in_file(word)
     if file is None:
-        return problems.get(word) if word in problems.NAMES else None
+        return _problems().get(word) if word in _problems().NAMES else None
     return _problems_in(file).get(name)
 
 
 def problem_of(scene: Scene) -> Any:
     """Return the optimal control problem with that scene, in any chart; None if there is none."""
-    from discmech.integrators.extensions.control import scenes as problems
-
+    problems = _problems()
     if scene.name in problems.NAMES and problems.get(scene.name).scene.laws == scene.laws:
         return problems.get(scene.name)
     for file in reversed(loaded()):
