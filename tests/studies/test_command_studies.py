@@ -80,9 +80,11 @@ def test_a_control_that_cannot_be_run_there_says_where(ask, words):
 
 
 def test_the_command_of_a_result_names_its_controls():
-    words = ["symplecticity", "heavy-top", "--control", "damped residual"]
+    words = ["symplecticity", "heavy-top", "--digits", "16", "--control", "Heun", "--control",
+             "damped residual"]  # fmt: skip
     again = _parser().parse_args(shlex.split(as_typed(_parser().parse_args(words)))[1:])
-    assert choice_of(again).controls == ("damped residual",)
+    choice = choice_of(again)
+    assert [c.control for c in get("symplecticity").cases(choice)] == ["Heun", "damped residual"]
 
 
 def test_a_retraction_is_exchanged_and_the_command_says_so():
