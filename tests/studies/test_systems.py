@@ -3,25 +3,17 @@
 import numpy as np
 import pytest
 
-from discmech import black_box
 from discmech.integrators import rules
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, silent
 from discmech.studies.core.parts import SMOOTH, parts_of, why_not
 from discmech.studies.systems import system_of
-
-
-@black_box(order=2, symplectic=True)
-def leapfrog(q, p, h, system):
-    """Verlet's method, as somebody else's."""
-    p = p - h / 2 * system.gradient(q, p)
-    q = q + h * system.velocity(q, p)
-    return q, p - h / 2 * system.gradient(q, p)
+from tests.studies.programs.methods import verlet
 
 
 @pytest.mark.parametrize(
     ("name", "rule"),
-    [("pendulum", rules.midpoint), ("pendulum", leapfrog), ("toda", rules.midpoint)],
+    [("pendulum", rules.midpoint), ("pendulum", verlet), ("toda", rules.midpoint)],
     ids=["scene", "program", "lattice"],
 )  # fmt: skip
 def test_every_system_answers(name, rule):

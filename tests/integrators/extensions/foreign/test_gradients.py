@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from discmech import Scene, Scheme, black_box, pair
+from discmech import Scene, Scheme, pair
 from discmech.integrators import BadInput
-
-
-@black_box(order=2)
-def verlet(q, p, h, system):
-    p = p - h / 2 * system.gradient(q, p)
-    q = q + h * system.velocity(q, p)
-    return q, p - h / 2 * system.gradient(q, p)
+from tests.studies.programs.methods import verlet
 
 
 def swing(energy, gradient):
