@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..report.alike import shares
+from ..report.alike import Curve, shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
@@ -67,20 +67,30 @@ def _spoken(what: str, cases: Sequence[Case]) -> str:
 def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: Any) -> None:
     """Draw one curve per rule over 0 < hω ≤ FAR on linear axes, labelled at its end."""
     axes.set_xlim(0, FAR)
-    low, high = axes.get_ylim()
+    axes.grid(visible=True, color=GRID, linewidth=0.4)
     curves = []
     for case in cases:
         points = [(row.z, value(row)) for row in case.rows]
-        curves.append([(z, y) for z, y in points if z and z <= FAR and y is not None])
-    axes.grid(visible=True, color=GRID, linewidth=0.4)
+        curve = [(z, y) for z, y in points if z and z <= FAR and y is not None]
+        curves.append((curve, marks[case.method], words(case)))
+    _labelled(axes, curves, 1.0)
+
+
+def _labelled(
+    axes: Axes, curves: Sequence[tuple[Curve, Mark, str]], width: float, size: float | None = None
+) -> None:
+    """Draw curves with their words at the last point inside the axes; size: that of marks."""
+    low, high = axes.get_ylim()
     labels = []
-    for case, curve, share in zip(cases, curves, shares(axes, curves), strict=True):
-        if not curve:
-            continue
-        mark = marks[case.method]
-        axes.plot(*zip(*curve, strict=True), color=mark.colour, **share.line(mark, 1.0))
-        inside = [(z, y) for z, y in curve if low <= y <= high]
-        labels.append((*(inside or curve)[-1], words(case), mark.colour))
+    drawn = shares(axes, [curve for curve, _, _ in curves])
+    for (curve, mark, words), share in zip(curves, drawn, strict=True):
+        if curve:
+            look = {} if size is None else {"marker": mark.marker, **share.marks(size)}
+            axes.plot(
+                *zip(*curve, strict=True), color=mark.colour, **share.line(mark, width), **look
+            )
+            inside = [(x, y) for x, y in curve if low <= y <= high]
+            labels.append((*(inside or curve)[-1], words, mark.colour))
     end_labels(axes, labels)
 
 
@@ -106,8 +116,8 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     title, subtitle, across, spoken, heights = SPRINGS[key]
 
     def draw(axes: Axes) -> None:
-        curves = {case.method: _pairs(case, key) for case in cases}
-        everything = [point for curve in curves.values() for point in curve]
+        curves = [(_pairs(case, key), marks[case.method], case.method) for case in cases]
+        everything = [point for curve, _, _ in curves for point in curve]
         if not everything:
             note(axes, "No run came to its end.")
             return
@@ -116,7 +126,7 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         log_axis(axes, "y", log_limits([*(y for _, y in everything), *heights], 0.05), 5)
         if key == "adiabatic":
             axes.axhline(KEPT, color=INK, lw=0.7, ls=(0, (3, 2)))
-        _marked(axes, curves, marks)
+        _labelled(axes, curves, 0.9, 3.4)
         for omega in failed:
             place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform()}
             axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
@@ -141,16 +151,3 @@ def _pairs(case: Case, key: str) -> list[tuple[float, float]]:
 
 def _method(case: Case) -> str:
     return case.method
-
-
-def _marked(axes: Axes, curves: dict[str, list[tuple[float, float]]], marks: Any) -> None:
-    labels = []
-    for (name, curve), share in zip(curves.items(), shares(axes, [*curves.values()]), strict=True):
-        if curve:
-            mark = marks[name]
-            look = {"color": mark.colour, "marker": mark.marker}
-            axes.plot(
-                *zip(*curve, strict=True), **look, **share.line(mark, 0.9), **share.marks(3.4)
-            )
-            labels.append((*curve[-1], name, mark.colour))
-    end_labels(axes, labels)
