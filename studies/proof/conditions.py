@@ -25,7 +25,8 @@ from .constants import Numbers, numbers_for
 from .result import Answer
 from .steps import Comparison, Gaps
 
-EVERY, NONE, NONE_MORE = "for every {}", "for no {}", "for every {}, and further for none"
+EVERY, NONE = "for every value of {}", "for no value of {}"
+NONE_MORE = f"{EVERY}, and further for none"
 Defect = Callable[..., Gaps]
 STATES = 2  # random states, each of a random scene, in each of two fields
 POINTS = (6, 12, 24, 48, 96)  # values of an open number until its rational functions are known

@@ -109,13 +109,13 @@ def leading_error(
 
 
 def no_leading_error(order: int | None, names: Sequence[str]) -> str:
-    """Return a sentence that says why a rule with open numbers has no leading error."""
+    """Return a sentence that says why a rule has no leading error, with these open numbers."""
+    every = f" for every value of {', '.join(names)}" if names else ""
     if order not in TERMS:
-        several = ", ".join(names)
-        return f"no leading error: it is known if one order, 1, 2 or 4, holds for every {several}."
+        return f"no leading error: it is known if the order is 1, 2 or 4{every}."
     if len(names) > 1:
         return "no leading error: it is known of one open number at most."
-    return f"no leading error: it is no sum of {', '.join(TERMS[order][1])} for every {names[0]}."
+    return f"no leading error: it is no sum of {', '.join(TERMS[order][1])}{every}."
 
 
 def of_rule(rule: Discretisation) -> dict[str, Any]:

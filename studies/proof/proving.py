@@ -130,7 +130,7 @@ def prove(
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
         leading = leading_error(asked, told.open, exact, pairs[-1], draw)
-        if told.open and not leading:
+        if not leading:
             notes.append(no_leading_error(exact, told.open))
     progress("laws", None)
     reached = min((a.order for a in answers.values() if a.order), default=stated)

@@ -254,7 +254,9 @@ def test_conditions_on_an_open_number():
 
     found = prove(one_point, groupoid="pair", laws=())
     assert found.proven
-    assert found.conditions[1] == "for every w" and found.conditions[3] == "for no w"
+    assert (
+        found.conditions[1] == "for every value of w" and found.conditions[3] == "for no value of w"
+    )
     assert found.conditions[2].endswith("w = 1/2")
     assert found.leading == {"L_x·v": w - HALF} or sympy.expand(
         found.leading["L_x·v"] - w + HALF) == 0  # fmt: skip
@@ -265,7 +267,7 @@ def test_conditions_on_an_open_number():
         return h * w * ends + h * (1 - w) * L(G.target(x, u, h / 2), u)
 
     found = prove(mixed, groupoid="pair", laws=())
-    assert [found.conditions[k] for k in (2, 3)] == ["for every w", "for no w"]
+    assert [found.conditions[k] for k in (2, 3)] == ["for every value of w", "for no value of w"]
     assert sympy.expand(found.leading["v·L_xx v"] - (w / 12 - (1 - w) / 24)) == 0
     with pytest.raises(BadInput, match="leaves w open"):
         Scheme(scenes.get("pendulum"), mixed)
@@ -294,7 +296,7 @@ def eighths(L, G, x, u, h, s, w):
 @slow
 def test_values_without_a_step_are_named():
     found = prove(eighths, groupoid="time", laws="self-adjoint")
-    assert found.conditions[2] == "for every w but w = -1/8, where it has no step"
+    assert found.conditions[2] == "for every value of w but w = -1/8, where it has no step"
     assert found.conditions[4] == "4*w - 1 = 0: w = 1/4"
     (law,) = found.laws["self-adjoint"].values()
     assert law.proven and law.order == 5
@@ -314,17 +316,18 @@ def test_laws_of_a_rule_with_an_open_number():
     found = prove(theta, groupoid=["cubic", "time"])
     for law in ("symplectic", "self-adjoint", "volume"):
         first, other = found.laws[law].values()
-        assert first.condition == "for every w, to h^3 if 2*w - 1 = 0: w = 1/2"
+        assert first.condition == "for every value of w, to h^3 if 2*w - 1 = 0: w = 1/2"
         assert other.condition == "for most w" and first.order == other.order == 1
-    assert "symplectic: kept to h^1 for every w, to h^3 if 2*w - 1 = 0" in found.text()
+    assert "symplectic: kept to h^1 for every value of w, to h^3 if 2*w - 1 = 0" in found.text()
     (answer,) = found.laws["conjugate-symplectic"].values()
     assert answer.proven is None and "values of w alone" in answer.why
 
 
 @slow
 @pytest.mark.parametrize(("rule", "said"), [
-    (eighths, "no sum of v·L_xx v, f·M⁻¹f for every w"),
-    (nodes_with_a_stage(sympy.Symbol("t")), "1, 2 or 4, holds for every t"),
+    (eighths, "no sum of v·L_xx v, f·M⁻¹f for every value of w"),
+    (nodes_with_a_stage(sympy.Symbol("t")), "order is 1, 2 or 4 for every value of t."),
+    (with_parameters(eighths, {"w": "1/7"}), "no sum of v·L_xx v, f·M⁻¹f."),
 ])  # fmt: skip
 def test_why_there_is_no_leading_error(rule, said):
     found = prove(rule, groupoid="pair", laws=())
