@@ -104,6 +104,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
         name, powers = max(hidden, key=lambda pair: pair[1].hidden or 0.0)
         why = f"the error of a step in {name} is no sum of powers of the step from "
         why += f"h^{wanted} on, to round-off: it may hide {powers.hidden:.1g} h^{wanted - 1}"
+        why += "; to settle it, compute all in double precision, and iterate until nothing changes"
         return replace(unknown(why), floor=floor)
     if not seen and sunk and floor is None:
         return LocalOrder(None, "", 0.0, components=tuple(found), sunk=True)

@@ -97,3 +97,18 @@ def test_a_program_that_jumps_is_not_passed():
         return q, p + 1e-12 * np.sin(1e13 * q)
 
     assert judged("order", "pendulum", jumping, causes=False)["verdict"] != "pass"
+
+
+def test_what_hides_a_lower_power_is_said_with_the_mend():
+    @black_box(order=2, runs=True)
+    def rough(q, p, h, steps, every, s):
+        rows = [(q, p)]
+        for _ in range(steps):
+            p = p - h / 2 * s.gradient(q, p).astype(np.float32)
+            q = q + h * s.velocity(q, p)
+            p = p - h / 2 * s.gradient(q, p).astype(np.float32)
+            rows.append((q, p))
+        return tuple(map(np.array, zip(*rows[::every], strict=True)))
+
+    why = evidence_of(Scheme(scenes.get("pendulum"), rough)).order.unknown
+    assert "it may hide" in why and why.endswith("iterate until nothing changes")
