@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 import random
-from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -20,6 +20,7 @@ from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.groupoids import LieGroup
 from discmech.integrators.numbers import mpmath
+from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
 from ..core.single_steps import Departure, EffectiveOrder, Floats
@@ -27,9 +28,8 @@ from .effective import effective_order_of
 from .floats import floats_of
 from .grid import Floor, Grid
 from .laws import Law, worst_departure
-from .of_lattices import order_of_sites
 from .of_programs import order_of
-from .order import NEAR, LocalOrder, unknown
+from .order import GUARD, NEAR, LocalOrder, StepError, digits_for, step_errors, unknown
 from .places import Place, is_linear, places_along, places_at, places_of, places_on, seed_of
 from .scan import times_that_stand_out
 
@@ -42,12 +42,11 @@ class Evidence:
     """The evidence of one scheme; each part is computed when it is first asked for.
 
     seed: the seed from which places, times and steps are drawn; it follows from the content of
-    scene and rule. lattice: the scheme of a lattice of which `scheme` has two neighbours; the order
-    is that of its own steps. Raises `ReferenceFailure` for a scene without continuous equations.
+    scene and rule. Raises `ReferenceFailure` for a scene without continuous equations.
     """
 
-    def __init__(self, scheme: Scheme, lattice: Any = None) -> None:
-        self.scheme, self.lattice = scheme, lattice
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
         self.seed = seed_of(scheme)
         self._departures: dict[Law, Departure] = {}
 
@@ -84,9 +83,6 @@ class Evidence:
     def order(self) -> LocalOrder:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
-            if self.lattice is not None:
-                with suppress(reference.ReferenceFailure):  # then that of two neighbours
-                    return order_of_sites(self.lattice, self.seed)
             places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
             found = order_of(self.whole, places, self.seed, along)
@@ -109,8 +105,18 @@ class Evidence:
 
     def floats(self, wanted: float) -> Floats:
         """Return whether the rule's floats explain an order below the wanted one, and how."""
-        order = self.order if self.lattice is None else evidence_of(self.scheme).order
-        return floats_of(self.whole, order, wanted)
+        return floats_of(self, wanted)
+
+    def with_rule(self, rule: Discretisation) -> Any:
+        """Return the scheme of `whole` by another rule."""
+        return Scheme(self.whole.scene, rule)
+
+    def errors(self, place: Any, step: Fraction) -> list[StepError]:
+        """Return the errors of a step of `whole` from a place, in all components."""
+        whole, digits = self.whole, digits_for(self.whole.order or 2)
+        around = reference.surroundings(whole.scene)
+        (exact,) = around.after(place.x, place.u, place.t, [step], digits + GUARD)
+        return step_errors(whole, place, whole.flow(step, digits), exact)
 
     @cached_property
     def linear(self) -> bool:
@@ -151,6 +157,10 @@ def _named(found: LocalOrder) -> LocalOrder:
 
 
 @lru_cache(maxsize=256)
-def evidence_of(scheme: Scheme, lattice: Any = None) -> Evidence:
+def evidence_of(scheme: Any) -> Evidence:
     """Return the evidence of a scheme, one object for all studies."""
-    return Evidence(scheme, lattice)
+    if not hasattr(scheme, "lattice"):
+        return Evidence(scheme)
+    from .of_lattices import LatticeEvidence
+
+    return LatticeEvidence(scheme)

@@ -11,16 +11,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import BadInput, Scheme, StepFailure
+import numpy as np
+
+from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Discretisation
-from discmech.reference import surroundings
 
 from ..core.single_steps import Floats
-from .order import GUARD, NEAR, ComponentOrder, LocalOrder, at_place, digits_for, names_of
-from .places import Place
+from .order import GUARD, NEAR, ComponentOrder, StepError, digits_for, orders
+
+if TYPE_CHECKING:
+    from . import Evidence
 
 # a fraction with a longer power of 2 as its denominator is a float that was written or computed
 BITS = 30
@@ -32,35 +35,34 @@ UNITS = 4
 LONGER = (-5, -4, -3, -2)
 
 
-def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
-    """Return the floats of a rule and whether they explain an order below the wanted one.
+def floats_of(evidence: Evidence, wanted: float) -> Floats:
+    """Return the floats of a rule and whether they explain an order of steps below the wanted one.
 
-    local: the order that single steps show.
+    evidence: that of the steps, with their order.
     """
-    place = local.place
+    local, scheme = evidence.order, evidence.whole
+    place, found = local.place, _Seen(scheme.rule)
     assert place is not None
-    found = _Seen(scheme.rule)
     if scheme.rule.method is not None:
         return Floats()
     try:
-        Scheme(scheme.scene, found.rule())
+        evidence.with_rule(found.rule())
         values = sorted(found.values)[:MOST]
         if not values:
             return Floats()
-        digits = digits_for(scheme.order or 2)
-        step = Fraction(local.step)
-        own = _end(scheme, place, step, digits)
+        step, digits = Fraction(local.step), digits_for(scheme.order or 2)
+        own = end_of(scheme, place, step, digits)
         with mpmath.workdps(digits + GUARD):
             bounds = [mpmath.mpf(0) for _ in own]
             for value in values:
-                moved = _end(Scheme(scheme.scene, found.rule(value)), place, step, digits)
+                moved = end_of(evidence.with_rule(found.rule(value)), place, step, digits)
                 for i, (a, b) in enumerate(zip(moved, own, strict=True)):
                     bounds[i] += abs(a - b) * UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
     except (BadInput, StepFailure):
         return Floats()
     low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
-    explain, size = _explained(scheme, place, step, digits, own, bounds, low)
-    explain = explain and _above(scheme, place, step, bounds, wanted)
+    explain, size = _explained(evidence, place, step, own, bounds, low)
+    explain = explain and _above(evidence, place, step, bounds, wanted)
     unit = float(max(values)) * 2.0**-53
     return Floats(tuple(map(float, values)), explain, max(size, unit))
 
@@ -70,20 +72,18 @@ def _is_low(component: ComponentOrder, wanted: float) -> bool:
 
 
 def _explained(
-    scheme: Scheme, place: Place, step: Fraction, digits: int, own: Sequence[Any],
-    bounds: Sequence[Any], low: set[str],
-) -> tuple[bool, float]:  # fmt: skip
+    evidence: Evidence, place: Any, step: Fraction, own: Any, bounds: Sequence[Any], low: set[str]
+) -> tuple[bool, float]:
     """Return (True if the components' errors are within their bounds, the largest relative error).
 
     low: the components whose order is too low; only their bounds count.
     """
-    (exact,) = surroundings(scheme.scene).after(place.x, place.u, place.t, [step], digits + GUARD)
     size, explain = 0.0, True
-    with mpmath.workdps(digits + GUARD):
-        before, after = [*place.x, *place.mu], [*exact.x, *exact.mu]
-        rows = zip(names_of(exact), own, after, before, bounds, strict=True)
-        for name, got, wanted, start, bound in rows:
-            off, moved = abs(got - wanted), abs(wanted - start)
+    with mpmath.workdps(digits_for(evidence.whole.order or 2) + GUARD):
+        starts = [*np.ravel(place.x), *np.ravel(place.mu)]
+        rows = zip(evidence.errors(place, step), own, starts, bounds, strict=True)
+        for (name, gap, _), got, start, bound in rows:
+            off, moved = abs(gap), abs(got - gap - start)
             explain = explain and (off <= bound or name not in low)
             if moved:
                 size = max(size, float(off / moved))
@@ -91,24 +91,30 @@ def _explained(
 
 
 def _above(
-    scheme: Scheme, place: Place, step: Fraction, bounds: Sequence[Any], wanted: float
+    evidence: Evidence, place: Any, step: Fraction, bounds: Sequence[Any], wanted: float
 ) -> bool:
     """True if no lower order shows at longer steps, where errors exceed those of the floats."""
-    digits = digits_for(scheme.order or 2)
+    order = evidence.whole.order or 2
+    digits = digits_for(order)
     with mpmath.workdps(digits + GUARD):
         parts = [bound * step.denominator / step.numerator for bound in bounds]
+
+    def errors(steps: Sequence[Fraction]) -> list[list[StepError]]:
+        return [evidence.errors(place, h) for h in steps]
+
     for power in LONGER:
         first = place.length / 8 * Fraction(10.0**power)
-        flows = [scheme.flow(h, digits) for h in (first, first * Fraction(3, 10))]
-        found = at_place(scheme, place, flows, digits, parts, halved=True)
+        steps = first, first * Fraction(3, 10)
+        found = orders(order, place, steps, errors, digits, parts, halved=True)
         if any(_is_low(c, wanted) for c in found):
             return False
     return True
 
 
-def _end(scheme: Scheme, place: Place, step: Fraction, digits: int) -> list[Any]:
-    run = scheme.flow(step, digits).trajectory(1, **place.start)
-    return [*run.x[-1], *run.mu[-1]]
+def end_of(scheme: Any, place: Any, step: Fraction, digits: int, count: int = 1) -> Any:
+    """Return x and μ after so many steps from a place, in the order of components."""
+    run = scheme.flow(step, digits).trajectory(count, count, **place.start)
+    return np.concatenate([np.ravel(run.x[-1]), np.ravel(run.mu[-1])])
 
 
 class _Seen:

@@ -165,20 +165,31 @@ class ArrowVelocity(Law):
 
     def refusal(self, scheme: Scheme) -> str:
         """Return the reason why no arrow is asked for."""
-        scene = scheme.scene
+        scene = getattr(scheme, "lattice", None) or scheme.scene
         if not scheme.rule.asks_lagrangian or scene.groupoid.kind not in ("action", "product"):
             return "(x, μ) alone says how the motion goes."
-        return "L_d on the group has no small step." if scene.discrete_lagrangian else ""
+        return (
+            "L_d on the group has no small step."
+            if getattr(scene, "discrete_lagrangian", None)
+            else ""
+        )
 
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return |u − ξ| at a step to 0, over |ξ|: the part of u that two short steps share."""
         short = SHORT * step
-        arrows = [scheme.flow(e * short, DIGITS).trajectory(1, **place.start).u[0] for e in (1, 2)]
+        arrow = short_arrow(scheme, place, short, DIGITS)
         with mpmath.workdps(DIGITS):
             velocity = np.array([*map(mpmath.mpf, place.u)])
-            gap = abs(2 * arrows[0] - arrows[1] - velocity).max()
+            gap = abs(arrow - velocity).max()
             size = float(gap / (abs(velocity).max() or 1))
         return Departure(size, float(2**20 * SHORT**2), step=float(short))
+
+
+def short_arrow(scheme: Any, place: Any, step: Fraction, digits: int) -> Any:
+    """Return the part of u that a step and one of twice its length from a place share."""
+    one, two = (scheme.flow(e * step, digits).trajectory(1, **place.start).u[0] for e in (1, 2))
+    with mpmath.workdps(digits):
+        return 2 * one - two
 
 
 class KeepsEnergy(Law):

@@ -36,12 +36,11 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
                   if law in ENERGY.values()}  # fmt: skip
         return replace(found or SingleSteps(), laws=by_row) if by_row else found
     try:
-        system = system_of(case)
-        scheme = system.single_steps()
+        scheme = system_of(case).single_steps()
         if scheme is None:
             return None
         settled = least is None and not scheme.rule.is_formula
-        return of_scheme(scheme, *laws, least=least or 1, settled=settled, lattice=system.of_sites)
+        return of_scheme(scheme, *laws, least=least or 1, settled=settled)
     except Displaced:
         raise
     except (ReferenceFailure, DiscmechError) as failure:
@@ -49,14 +48,14 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
 
 
 def of_scheme(
-    scheme: Scheme, *laws: Law, least: int | None = None, settled: bool = False, lattice: Any = None
+    scheme: Scheme, *laws: Law, least: int | None = None, settled: bool = False
 ) -> SingleSteps:
-    """Return the record of the single steps of a scheme; lattice: as of `Evidence`.
+    """Return the record of the single steps of a scheme.
 
     least: the order below which it is too low; the declared one if None. settled: True to count
     only components whose errors sink as one power of the step.
     """
-    evidence = evidence_of(scheme, lattice)
+    evidence = evidence_of(scheme)
     order = _settled(evidence.order) if settled else evidence.order
     told = SingleSteps(
         order.order, order.component, order.step, str(order.place or ""), seed=evidence.seed,

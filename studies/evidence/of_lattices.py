@@ -3,24 +3,31 @@
 A run asks a rule for L_d of each site and of each bond, with the parameters that are theirs: a rule
 may be wrong at one of them alone. So the step that is judged here is that of the lattice itself.
 The exact step is an extrapolated one: the trapezoidal rule is self-adjoint, so k steps of h/k
-are off by a series in (h/k)², of which each further k takes one power away.
+are off by a series in (h/k)², of which each further k takes one power away. The form is measured in
+states of a run (`symplecticity`): L_d of any rule gives it.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators import BadInput, Lattice, Scheme, StepFailure, rules
+from discmech.integrators.extensions.lattices import scene_of
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure
 
+from ..core.single_steps import Departure, EffectiveOrder
+from . import Evidence, evidence_of
+from .floats import end_of
+from .laws import ARROW, SHORT, Law, short_arrow
 from .order import (
     CLEAR,
     FALLEN,
@@ -36,7 +43,7 @@ from .order import (
     orders,
     unknown,
 )
-from .places import SHARES, random_fraction
+from .places import SHARES, is_quadratic, random_fraction, seed_from
 from .scan import highest, peaks_of
 
 #: numbers of the state, up to which all sites are taken; of more some, with their neighbours
@@ -53,12 +60,18 @@ BEYOND = 2
 
 @dataclass(frozen=True)
 class SitesPlace:
-    """A state of a lattice, x (N, n) and μ (N, m), at a time."""
+    """A state of a lattice, x (N, n) and μ (N, m), at a time; length: as of a `Place`."""
 
     x: Any
     mu: Any
     t: Fraction
+    length: Fraction
     beside = False
+
+    @property
+    def start(self) -> dict[str, Any]:
+        """Return the place as arguments of `LatticeFlow.trajectory`."""
+        return {"x0": self.x, "mu0": self.mu, "t0": self.t}
 
     def __str__(self) -> str:
         return f"the state of the lattice at t = {float(self.t):.4g}"
@@ -68,8 +81,7 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
     """Return a lattice of some of its sites without contact, and their numbers there.
 
     They are all that there are, or those of each kind (fixed or not, degree, parameters), the
-    first, the last and others at random, with the neighbours of each. Raises `ReferenceFailure`
-    where arrays are parameters of sites and of bonds at once: a part has no such arrays.
+    first, the last and others at random, with the neighbours of each.
     """
     if lattice.has_contact:
         lattice = replace(lattice, contact=None, bond_contact=None, restitution=0)
@@ -78,8 +90,6 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
         return lattice, tuple(range(lattice.sites))
     drawn, pairs = np.random.default_rng(seed), lattice.pairs
     parts = lattice.split_parameters
-    if parts["site"].keys() & parts["bond"].keys():
-        raise ReferenceFailure(f"{lattice.name}: its arrays are those of sites and of bonds")
     kinds = [lattice.free[:, None], np.bincount(pairs.ravel(), minlength=lattice.sites)[:, None]]
     kinds += [a.reshape(lattice.sites, -1) for a in parts["site"].values()]
     _, of_each = np.unique(np.hstack(kinds), axis=0, return_index=True)
@@ -97,58 +107,35 @@ def sample_of(lattice: Lattice, seed: int) -> tuple[Lattice, tuple[int, ...]]:
 
 
 def part_of(lattice: Lattice, sites: Sequence[int]) -> Lattice:
-    """Return the lattice of some sites and of the bonds among them; sites with other bonds stay."""
+    """Return the lattice of some sites and of the bonds among them; sites with other bonds stay.
+
+    With constraints these move, too: a row between two sites that stay may be redundant. An array
+    that is one of sites and of bonds holds the i-th of both: so the part has both, beside its own
+    sites such as stay, and beside its bonds such as join two that stay. Raises `ReferenceFailure`
+    if there are no two.
+    """
     number = {site: k for k, site in enumerate(sites)}
     of_sites = np.isin(lattice.pairs, sites)
     taken: np.ndarray = np.all(of_sites, axis=1)
     leaving = of_sites & ~taken[:, None]
-    rim = {*lattice.pairs[leaving].tolist()}
+    rim = {*lattice.pairs[leaving].tolist()} if lattice.constraint is None else set[int]()
     parts, (x0, v0) = lattice.split_parameters, lattice.start
-    given = {**parts["shared"], **{k: a[[*sites]] for k, a in parts["site"].items()},
-             **{k: a[taken] for k, a in parts["bond"].items()}}  # fmt: skip
-    bonds = [(number[i], number[j]) for i, j in lattice.pairs[taken].tolist()]
-    fixed = [number[i] for i in sites if i in rim or not lattice.free[i]]
+    own, links = [*sites], np.flatnonzero(taken).tolist()
+    if both := parts["site"].keys() & parts["bond"].keys():
+        links = own = own + [b for b in links if b not in number]
+    elif len(own) == len(links):  # arrays of sites are none of bonds
+        own.append(own[0])
+    fixed = [k for k, i in enumerate(own) if k >= len(sites) or i in rim or not lattice.free[i]]
+    if both and len(fixed) < 2:
+        raise ReferenceFailure(f"{lattice.name}: its arrays are those of sites and of bonds.")
+    bonds = np.array([[number[i] for i in lattice.pairs[b].tolist()] if taken[b]
+                      else [fixed[0], fixed[-1]] for b in links])  # fmt: skip
+    given = {**parts["shared"], **{k: a[own] for k, a in parts["site"].items()},
+             **{k: a[links] for k, a in parts["bond"].items()}}  # fmt: skip
     return replace(
-        lattice, sites=len(sites), bonds=bonds, parameters=given, x0=x0[[*sites]], v0=v0[[*sites]],
+        lattice, sites=len(own), bonds=bonds, parameters=given, x0=x0[own], v0=v0[own],
         fixed=fixed, fixed_ends=False,
     )  # fmt: skip
-
-
-def order_of_sites(scheme: Any, seed: int) -> LocalOrder:
-    """Return the lowest order that a small step of a lattice shows, with its component and site.
-
-    scheme: that of the lattice. It is `order.local_order`, with the extrapolated step as the exact
-    one. Raises `ReferenceFailure` where none is known, or a part is no lattice of its own.
-    """
-    try:
-        lattice, sites = sample_of(scheme.lattice, seed)
-        judged = scheme if lattice is scheme.lattice else Scheme(lattice, scheme.rule)
-    except BadInput as error:  # such as rods that are straight between sites that stay
-        raise ReferenceFailure(str(error)) from None
-    steps = _Steps(judged, scheme.order or 2, sites, random.Random(seed))
-    missed: StepFailure | None = None
-    found: list[ComponentOrder] = []
-    shown: tuple[Fraction, ...] = ()
-    for place in steps.places():
-        try:
-            if len(found) >= PLACES * steps.count:
-                found += steps.orders_at(place, shown) if steps.unlike(place, shown, found) else []
-                continue
-            for longest in steps.longest:
-                pair = steps.drawn_steps(longest)
-                here = steps.orders_at(place, pair)
-                if any(c.order is not None for c in here):
-                    break
-            found, shown = found + here, shown or pair
-        except StepFailure as failure:
-            missed = failure
-    if not found:
-        return unknown(" ".join(str(missed).split()), refused=True)
-    seen = [c for c in found if c.order is not None]
-    if not seen:
-        return LocalOrder(None, "", float(shown[0]), components=tuple(found))
-    lowest = min(seen, key=lambda c: c.order or 0.0)
-    return LocalOrder(lowest.order, lowest.name, float(shown[0]), lowest.place, tuple(found))
 
 
 def _symmetric(lattice: Lattice) -> Any:
@@ -165,21 +152,102 @@ def _symmetric(lattice: Lattice) -> Any:
     raise ReferenceFailure(f"{lattice.name}: no self-adjoint rule runs on it")
 
 
-class _Steps:
-    """Small steps of a rule on a lattice from states on its motion and beside it."""
+class LatticeEvidence(Evidence):
+    """The evidence of a lattice: small steps from states on its motion and beside it.
 
-    def __init__(
-        self, judged: Any, expected: int, sites: tuple[int, ...], drawn: random.Random
-    ) -> None:
-        self.lattice = lattice = judged.lattice
-        self.expected, self.drawn = expected, drawn
-        self.judged, self.exact = judged, _symmetric(lattice)
-        self.digits = digits_for(expected)
-        self.moving = moving = np.flatnonzero(lattice.free).tolist()
+    scheme: that of the lattice; whole: that of the sites whose steps are made, all or a sample.
+    Raises `ReferenceFailure` where no exact step is known, or a part is no lattice of its own.
+    """
+
+    scheme: Any
+    whole: Any = None
+    unscanned = ""
+
+    def __init__(self, scheme: Any) -> None:
+        of = scheme.lattice
+        words = of.name, of.step, of.start, of.pairs, of.parameters
+        self.scheme, self.seed = scheme, seed_from(repr(words), scheme.rule)
+        self._departures = {}
+        try:
+            self.lattice, sites = sample_of(scheme.lattice, self.seed)
+            self.whole = self.with_rule(scheme.rule)
+        except BadInput as error:  # such as a part of constraints that are a ring
+            raise ReferenceFailure(str(error)) from None
+        lattice, self.exact = self.lattice, _symmetric(self.lattice)
+        self.expected, self.drawn = scheme.order or 2, random.Random(self.seed)
+        self.digits = digits_for(self.expected)
+        self.moving = np.flatnonzero(lattice.free).tolist()
         n, m = lattice.groupoid.dim_x, lattice.groupoid.dim_u
-        self.names = [f"{word}[{i}] of site {sites[k]}" for word, size in (("x", n), ("mu", m))
-                      for k in moving for i in range(size)]  # fmt: skip
-        self.count, self.of_x = len(self.names), len(moving) * n
+        #: of sites that a sample has beside those of the lattice, which stay, there is no number
+        self.sites = [*sites, *[-1] * (lattice.sites - len(sites))]
+        self.names = [f"{word}[{i}] of site {site}" for word, size in (("x", n), ("mu", m))
+                      for site in self.sites for i in range(size)]  # fmt: skip
+        self.count, self.of_x = len(self.names), lattice.sites * n
+
+    def with_rule(self, rule: Any) -> Any:
+        """Return the scheme of the sites by a rule."""
+        return Scheme(self.lattice, rule)
+
+    @property
+    def effective(self) -> EffectiveOrder:
+        """The judgement of the effective order, on the lattice as a scene."""
+        return evidence_of(Scheme(scene_of(self.scheme.lattice), self.scheme.rule)).effective
+
+    @property
+    def linear(self) -> bool:
+        """True if the equations are linear: quadratic terms on pairs, linear forces."""
+        lattice, equations = self.lattice, self.scheme.equations
+        plain = lattice.groupoid.canonical and lattice.constraint is None and not lattice.timed
+        return plain and all(map(is_quadratic, (equations.site.s, equations.bond_symbols)))
+
+    @cached_property
+    def order(self) -> LocalOrder:
+        """The lowest order that a small step shows, with its component and site.
+
+        It is `order.local_order`, with the extrapolated step as the exact one.
+        """
+        missed: StepFailure | None = None
+        found: list[ComponentOrder] = []
+        shown: tuple[Fraction, ...] = ()
+        for place in self.places:
+            try:
+                if len(found) >= PLACES * self.count:
+                    if self.unlike(place, shown, found):
+                        found += self.orders_at(place, shown)
+                    continue
+                for longest in self.longest:
+                    pair = self.drawn_steps(longest)
+                    here = self.orders_at(place, pair)
+                    if any(c.order is not None for c in here):
+                        break
+                found, shown = found + here, shown or pair
+            except StepFailure as failure:
+                missed = failure
+        if not found:
+            return unknown(" ".join(str(missed).split()), refused=True)
+        seen = [c for c in found if c.order is not None]
+        if not seen:
+            return LocalOrder(None, "", float(shown[0]), components=tuple(found))
+        lowest = min(seen, key=lambda c: c.order or 0.0)
+        return LocalOrder(lowest.order, lowest.name, float(shown[0]), lowest.place, tuple(found))
+
+    def departure(self, law: Law) -> Departure:
+        """Return the largest departure from a law; a run is asked for all but the arrow."""
+        if law is not ARROW:
+            return Departure(unknown="it is asked of a lattice's run.")
+        found = map(self.arrow, self.places[:PLACES])
+        return max(found, key=lambda one: np.nan_to_num(one.size or 0, nan=np.inf))
+
+    def arrow(self, place: SitesPlace) -> Departure:
+        """Return how far u of a step to 0 is from that of the exact one (`laws.ArrowVelocity`)."""
+        short = SHORT * self.longest[0]
+        ours, exact = (short_arrow(scheme, place, short, self.digits)
+                       for scheme in (self.whole, self.exact))  # fmt: skip
+        with mpmath.workdps(self.digits):
+            gaps = abs(ours - exact).max(axis=1)
+            size = float(max(gaps) / (abs(exact).max() or 1))
+        where = f"site {self.sites[int(np.argmax(gaps))]}, in {place}"
+        return Departure(size, float(2**20 * SHORT**2), step=float(short), place=where)
 
     @property
     def longest(self) -> list[Fraction]:
@@ -193,8 +261,9 @@ class _Steps:
         ratio = Fraction(10.0 ** (-FALLEN / (self.expected + 1)))
         return first, first * ratio * random_fraction(self.drawn, *RATIO)
 
-    def places(self) -> Iterator[SitesPlace]:
-        """Yield states of a run through the motion.
+    @cached_property
+    def places(self) -> list[SitesPlace]:  # type: ignore[override]
+        """States of a run through the motion.
 
         First are PLACES, all but one of them beside it, then those where the run is least smooth
         (`scan`), then others.
@@ -212,6 +281,7 @@ class _Steps:
         rows = np.hstack([np.array(e, dtype=float).reshape(count, -1) for e in (run.x, run.mu)])
         rough = highest([] if tied else peaks_of(rows, Fraction(run.step), 2.0**-53), ROUGH)
         drawn[PLACES:PLACES] = [int(peak.time / run.step) for peak in rough]
+        found, length = list[SitesPlace](), 8 * Fraction(self.lattice.step)
         for place, k in enumerate(drawn):
             x, mu = run.x[k], run.mu[k]
             if place < PLACES - 1 and not tied:
@@ -219,11 +289,12 @@ class _Steps:
                 if self.lattice.groupoid.canonical:
                     x = self._beside(x, of_x, share)
                 mu = self._beside(mu, of_mu, share)
-            yield SitesPlace(x, mu, Fraction(run.step) * k)
+            found.append(SitesPlace(x, mu, Fraction(run.step) * k, length))
+        return found
 
     def _smooth(self) -> Any:
         """Return a run of many short steps, of the rule that is judged where it makes them."""
-        for scheme in (self.judged, self.exact):
+        for scheme in (self.whole, self.exact):
             with suppress(StepFailure):
                 return self._run(scheme, MANY, 16)
         return self._run(self.exact, 1, 16)
@@ -266,9 +337,9 @@ class _Steps:
         What more digits change of the step bounds its round-off, of all components of one kind.
         """
         with mpmath.workdps(self.digits + 2 * GUARD):
-            end = self._ends(self.judged, step, 1, place, self.digits + GUARD)
-            rough = self._ends(self.judged, step, 1, place, self.digits)
-            gap = end - self._extrapolated(step, place)
+            end = end_of(self.whole, place, step, self.digits + GUARD)
+            rough = end_of(self.whole, place, step, self.digits)
+            gap = end - self._extrapolated(place, step)
             parts = slice(self.of_x), slice(self.of_x, None)
             unit = mpmath.mpf(10) ** -self.digits
             bounds = np.zeros_like(end)
@@ -277,21 +348,13 @@ class _Steps:
                     bounds[part] = max(abs(end - rough)[part]) + unit * max(abs(end[part]))
             return [*zip(self.names, gap, bounds, strict=True)]
 
-    def _extrapolated(self, step: Fraction, place: SitesPlace) -> np.ndarray:
+    def _extrapolated(self, place: SitesPlace, step: Fraction) -> np.ndarray:
         """Return the exact end of a step, to a power of it that is higher than its error's."""
         table: list[list[np.ndarray]] = []
         for k in range(1, self.expected // 2 + BEYOND + 1):
-            row = [self._ends(self.exact, step / k, k, place, self.digits + GUARD)]
+            row = [end_of(self.exact, place, step / k, self.digits + GUARD, k)]
             for j, before in enumerate(table[-1] if table else ()):
                 ratio = mpmath.mpf(k) ** 2 / mpmath.mpf(k - j - 1) ** 2
                 row.append(row[-1] + (row[-1] - before) / (ratio - 1))
             table.append(row)
         return table[-1][-1]
-
-    def _ends(
-        self, scheme: Any, step: Fraction, count: int, place: SitesPlace, digits: int
-    ) -> np.ndarray:
-        flow = scheme.flow(step, digits)
-        run = flow.trajectory(count, count, x0=place.x, mu0=place.mu, t0=place.t)
-        ends = [part[-1][self.moving].ravel() for part in (run.x, run.mu)]
-        return np.concatenate(ends)

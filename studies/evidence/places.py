@@ -86,8 +86,13 @@ class Place:
 
 def seed_of(scheme: Scheme) -> int:
     """Return the seed of a scene and a rule, from their contents."""
-    rule = scheme.rule.of_step
-    words = [surroundings(scheme.scene).key, scheme.rule.name, rule.name, str(rule.order)]
+    return seed_from(surroundings(scheme.scene).key, scheme.rule)
+
+
+def seed_from(content: str, whole: Any) -> int:
+    """Return a seed from the text of what moves, and from a rule."""
+    rule = whole.of_step
+    words = [content, whole.name, rule.name, str(rule.order)]
     code = getattr(rule.formula, "__code__", None)
     if code is not None:
         numbers = [e for e in code.co_consts if not hasattr(e, "co_code")]  # no inner functions
@@ -384,6 +389,11 @@ def is_linear(s: SceneSymbols) -> bool:
         return False
     if s.degenerate and inverse_two_form(s).free_symbols & {*s.x}:
         return False
+    return is_quadratic(s)
+
+
+def is_quadratic(s: SceneSymbols) -> bool:
+    """True if L (or H) is a quadratic polynomial, and a force a linear one."""
     H = s.hamiltonian
     given, letters = (s.lagrangian, [*s.position, *s.u]) if H is None else (
         H, [*s.position, *s.mu])  # fmt: skip

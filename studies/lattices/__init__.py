@@ -18,7 +18,7 @@ STUDY = StudyFolder(
     asks="does a field keep its law on patches?",
     measured=(
         "what variations carry through the bonds of patches of space and time; the residual of a "
-        "step; order in space of fields against closed forms; single steps of a bond; laws of "
+        "step; order in space of fields against closed forms; single steps of sites; laws of "
         "contact at sites; time and "
         "memory against N; the rest is measured by order, energy, momentum and symplecticity"
     ),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from discmech.integrators import BadInput
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.lattices import DualStep, poisson_defect, step_derivative
 from discmech.integrators.extensions.lattices import scenes as systems
 
@@ -93,7 +91,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     step is that of the grid. cost: that of `cost.costs`. measured: local, the order of single
     steps; space_order, of fields; the defects of a step from the end of a long run, which ties the
     derivatives of the law to what runs; bond and patch (`patch_defects`), None on other groupoids
-    than pair(n), with constraints and for compositions; grows, the powers of N.
+    than pair(n) and with constraints; grows, the powers of N.
     """
     lattice: Any = case.scene
     if case.control is not None:
@@ -124,10 +122,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float | None]:
-    """Return the defects of a step, and {"bond", "patch"}, from the end of a long run.
-
-    Both are None for compositions.
-    """
+    """Return the defects of a step, and {"bond", "patch"}, from the end of a long run."""
     system: Any = system_of(case)
     states = system.states(progress)
     assert states is not None
@@ -138,8 +133,8 @@ def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float | Non
         **system.step_defects(flow, *state, t=t),
     }
     if _on_patches(lattice):
-        with suppress(CannotMeasure):
-            found |= patch_defects(partial(step_derivative, flow, t=t), lattice, *state)
+        makes = [partial(step_derivative, part, t=t) for part in flow.parts]
+        found |= patch_defects(makes, lattice, *state)
     return found
 
 
@@ -153,11 +148,11 @@ def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
         found["poisson"] = poisson_defect(DualStep(flow, x, mu), PAIRS, 0, bracket_sign=-1)
     if case.control == DAMPED:
         found["poisson"] = poisson_defect(DampedStep(flow, x, mu), PAIRS, 0)
-        found |= patch_defects(partial(DampedStep, flow), lattice, x, mu)
+        found |= patch_defects([partial(DampedStep, flow)], lattice, x, mu)
         total, size = mu.sum(), abs(mu).sum()
         for _ in range(8):
             x, mu = DampedStep(flow, x, mu).after
         found["drift"] = float(abs(mu.sum() - total) / size)
     if case.control == RUNGE_KUTTA:
-        found |= patch_defects(partial(RungeKuttaStep, flow), lattice, x, mu)
+        found |= patch_defects([partial(RungeKuttaStep, flow)], lattice, x, mu)
     return {"rows": [{"kind": "control", **found}], "measured": found}

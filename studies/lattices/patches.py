@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ STEPS = 8
 
 
 def patch_defects(
-    make: Callable[[np.ndarray, np.ndarray], Any],
+    makes: Sequence[Callable[[np.ndarray, np.ndarray], Any]],
     lattice: Any,
     x: np.ndarray,
     mu: np.ndarray,
@@ -19,7 +19,8 @@ def patch_defects(
 ) -> dict[str, float]:
     """Return {"bond", "patch"} of two random variations over STEPS steps from (x, μ).
 
-    make(x, μ): the step from there, with `after`, `applied` and `fluxes` (`DualStep`). bond: the
+    makes: for each substep a function of (x, μ), the step from there, with `after`, `applied` and
+    `fluxes` (`DualStep`). bond: the
     largest Φ_i + Φ_j, over the largest Φ. patch: |the gain of Σ ω_i − Σ Φ_i through the rim|, the
     largest of three patches, over the sum of all |Φ| in the steps and all |ω_i|.
     """
@@ -28,7 +29,7 @@ def patch_defects(
     patches = [_patch(lattice, share) for share in (0.1, 0.3, 0.6)]
     start = _wedges(*pair)
     through, size, off = np.zeros(len(patches)), abs(start).sum(), 0.0
-    for _ in range(STEPS):
+    for make in [*makes] * STEPS:
         step = make(x, mu)
         flux = step.fluxes(*pair)
         size += abs(flux).sum()

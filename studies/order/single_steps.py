@@ -40,8 +40,7 @@ def measured(case: Case, runs: float | None = None) -> SingleSteps | None:
     local = single_steps(case, least=least)
     if local is None or local.unknown:
         return local
-    system = system_of(case)
-    evidence = evidence_of(system.single_steps(), system.of_sites)
+    evidence = evidence_of(system_of(case).single_steps())
     local = replace(local, rate=evidence.rate(case.order or 2), linear=evidence.linear)
     if case.rule.effective:
         local = replace(local, effective=evidence.effective)

@@ -93,7 +93,9 @@ def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
     """Return the defects of maps and run (`_measure`), and those of single steps."""
     found = _measure(case, progress)
     progress(f"{case.scene.name} {case.label}: steps from drawn places", 1.0)
-    return replace(found, local=single_steps(case, FORM))
+    # a lattice's form is measured in states of its run
+    laws = [FORM] if system_of(case).form_kinds is None else []
+    return replace(found, local=single_steps(case, *laws))
 
 
 def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:

@@ -10,18 +10,15 @@ from typing import Any
 import numpy as np
 
 from discmech import reference
-from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure, StepFailure
-from discmech.integrators.extensions.lattices import poisson_defect, step_derivative
-from discmech.integrators.extensions.lattices import scene_of as scene_of_all
+from discmech.integrators.extensions.lattices import scene_of
 
-from ..core.case import Progress, scheme_of
+from ..core.case import Progress
 from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
 from .modified_change import Change
-from .one_bond import LARGE, scene_of
 from .quantities import change, energies, entries_of, momentum, of_symmetries
 from .reference import rates_at, solution
 from .residual import step_defects
@@ -80,14 +77,10 @@ class LatticeSystem(System):
 
     @cached_property
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
-        """The reasons why no single steps are judged, or no form is derived in time."""
-        lattice, rule = self.lattice, self.case.rule
+        """The reason why no form is derived in time."""
         found = {"modified_energy": "a lattice's energy is judged by its run first"}
-        if is_built_in(lattice) and not self.case.thorough:
-            if lattice.groupoid.dim_x > LARGE and rules.BUILT_IN.get(rule.name) is rule:
-                found["single_steps"] = "its series takes a quarter of a minute: --thorough"
-            if lattice.name in LATER:
-                found["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
+        if self.lattice.name in LATER and is_built_in(self.lattice) and not self.case.thorough:
+            found["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
         return found
 
     # -- order ------------------------------------------------------------------------------
@@ -151,7 +144,7 @@ class LatticeSystem(System):
         if why:
             about = {"held_against": "its own runs", "why_not": why, "known": 10.0**-digits}
             return End(None, None, digits, about)
-        found = reference.solution(scene_of_all(lattice), time, digits=digits)
+        found = reference.solution(scene_of(lattice), time, digits=digits)
         x, mu = (np.array(e, dtype=object) for e in lattice.start)
         mu[:] = 0
         for whole, part in ((x, found.x), (mu, found.mu)):
@@ -191,17 +184,7 @@ class LatticeSystem(System):
         return max(of_x, of_mu), of_x, of_mu
 
     def single_steps(self) -> Any:
-        """Return the scheme of two neighbours and their bond, as a scene.
-
-        Raises `CannotMeasure` without such a bond.
-        """
-        if "single_steps" in self.lacks:
-            return None
-        return scheme_of(scene_of(self.lattice), self.case.rule)
-
-    @property
-    def of_sites(self) -> Any:
-        """The scheme of all sites, whose steps tell the order of each."""
+        """Return the scheme itself."""
         return self.scheme
 
     # -- long runs --------------------------------------------------------------------------
@@ -269,25 +252,16 @@ class LatticeSystem(System):
     def form_defect(
         self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0, t: float = 0
     ) -> float | None:
-        """Return the form's defect by random variations; None for compositions.
-
-        Their substeps are the base's.
-        """
+        """Return the form's defect by random variations."""
         if "form_defect" in self.lacks:
             return None
-        try:
-            return float(poisson_defect(step_derivative(flow, x, mu, t), PAIRS, seed))
-        except CannotMeasure:
-            return None
+        return float(flow.poisson_defect(x, mu, t=t, pairs=PAIRS, seed=seed))
 
     def step_defects(
         self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None, t: float = 0
     ) -> dict[str, float | None]:
-        """Return `residual.step_defects`; None for compositions."""
-        try:
-            return {**step_defects(flow, x, mu, t)}
-        except CannotMeasure:
-            return dict.fromkeys(self.form_kinds[1:])
+        """Return `residual.step_defects`, of a composition the largest of its substeps."""
+        return {**step_defects(flow, x, mu, t)}
 
 
 @lru_cache(maxsize=8)  # energy, momentum and symplecticity share one run

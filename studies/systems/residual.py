@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.lattices import LatticeRun
 from discmech.integrators.extensions.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import Double, numeric_text, rounded, with_running_errors
@@ -33,13 +32,20 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> dict
     The bounds are of first order: every operation rounds, as do the terms of a sum, and unknowns
     are off by a round-off of the largest of a site, u also of x/h, where the solver stops.
     Velocities, multipliers and impulses have different units, so each has its own largest value.
-    Raises `CannotMeasure` for compositions, `StepFailure` without a step.
+    Of a composition they are the largest of its substeps. Raises `StepFailure` without a step.
     """
-    scheme, h, m = flow.scheme, float(flow.step), mu.shape[1]
-    if scheme.substeps:
-        raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
-                            "the maps of its rule.")  # fmt: skip
-    run = LatticeRun.from_row(flow, x, mu, t)
+    worst: dict[str, float] = {}
+    for part in flow.parts:
+        run = LatticeRun.from_row(part, x, mu, t)
+        found = _defects(run, x, t)
+        worst = {name: np.maximum(value, worst.get(name, 0.0)) for name, value in found.items()}
+        x, mu, t = run.x, run.mu, t + float(part.step)
+    return {name: float(value) for name, value in worst.items()}
+
+
+def _defects(run: LatticeRun, x: np.ndarray, t: float) -> dict[str, float]:
+    """Return the defects of the next step of a run that stands at x; it makes that step."""
+    flow, scheme, h, m = run.flow, run.flow.scheme, float(run.flow.step), run.mu.shape[1]
     # with constraints a row has the projected μ, and the run continues with the earlier one
     momenta = "nu" if scheme.constraints else "mu"
     before, w = getattr(run, momenta).copy(), run.stepped()

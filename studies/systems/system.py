@@ -106,9 +106,6 @@ class System(ABC):
     def single_steps(self) -> Any:
         """Return the scheme whose steps stand for the system's (`studies.evidence`), or None."""
 
-    #: the scheme of a lattice, of which `single_steps` has two neighbours alone
-    of_sites: Any = None
-
     @abstractmethod
     def usual_steps(self, claimed: bool = True) -> int:
         """Return the number of steps of a long run in double precision."""

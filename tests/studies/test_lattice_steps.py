@@ -11,9 +11,11 @@ import sympy
 from discmech import Lattice, Scheme, discretisation, pair
 from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
-from discmech.reference import ReferenceFailure
 from discmech.studies import check
-from discmech.studies.evidence.of_lattices import MOST, order_of_sites, sample_of
+from discmech.studies.core.case import Case
+from discmech.studies.evidence import evidence_of
+from discmech.studies.evidence.of_lattices import MOST, sample_of
+from discmech.studies.symplecticity.measuring import measure
 
 HALF, OFF = sympy.Rational(1, 2), sympy.Rational(1, 10**6)
 N = 12
@@ -47,7 +49,7 @@ WRONG = {
 
 @pytest.mark.parametrize("where", WRONG)
 def test_a_rule_that_is_wrong_in_some_of_its_calls_is_of_order_1(where):
-    found = order_of_sites(Scheme(CHAIN, beside(WRONG[where])), 3)
+    found = evidence_of(Scheme(CHAIN, beside(WRONG[where]))).order
     assert found.order == pytest.approx(1, abs=1e-3)
     assert "of site" in found.component
     if where == "one site":
@@ -64,7 +66,7 @@ def test_every_lattice_has_the_order_of_the_rule_at_every_site(name, rule):
     if lattice.constraint is not None and rule == "gauss-2":
         pytest.skip("rules with stages do not meet constraints")
     scheme = Scheme(lattice, rules.get(rule))
-    found = order_of_sites(scheme, 5)
+    found = evidence_of(scheme).order
     assert found.order == pytest.approx(scheme.order, abs=0.02)
 
 
@@ -83,18 +85,26 @@ def test_of_many_sites_those_of_each_kind_are_taken_with_their_neighbours():
     assert given["site"]["mass"][sites.index(3210)] == 2 and 3 in given["bond"]["stiff"]
     free = {site for site, free in zip(sites, sample.free, strict=True) if free}
     assert {0, 1234, 3210, 4999} <= free and not {17, 3209, 3211} & free
-    assert order_of_sites(Scheme(chain, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+    assert evidence_of(Scheme(chain, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
 
 
-def test_arrays_of_sites_and_bonds_at_once_leave_two_neighbours():
+def test_arrays_of_sites_and_bonds_at_once_are_so_in_a_sample():
     ring = replace(
-        CHAIN, sites=200, bonds="ring", parameters={"mass": np.ones(200)},
+        CHAIN, sites=200, bonds="ring", parameters={"mass": np.where(np.arange(200) == 70, 2, 1.0)},
         x0=np.zeros((200, 1)), v0=np.ones((200, 1)),
     )  # fmt: skip
-    with pytest.raises(ReferenceFailure, match="of sites and of bonds"):
-        sample_of(ring, 1)
-    for rule, verdict in ((rules.midpoint, "pass"), (beside(lambda L, x: 1), "fail")):
-        assert check("lattices", [ring], [rule], steps=10)["verdict"] == verdict
+    sample, sites = sample_of(ring, 1)
+    assert len(sample.pairs) == sample.sites >= len(sites) and 70 in sites
+    assert check("lattices", [ring], [rules.midpoint], steps=10)["verdict"] == "pass"
+    found = check("lattices", [ring], [beside(WRONG["one site"])], steps=10)
+    assert found["verdict"] == "fail" and "of site 70" in str(found)
+
+
+def test_the_substeps_of_a_composition_keep_the_form_and_are_those_of_the_equations():
+    for rule in ("suzuki:midpoint", "suzuki:rectangle"):
+        case = Case("symplecticity", CHAIN, rules.get(rule), 16, 20)
+        defects = measure(case).measured
+        assert 0 < defects["poisson"] < 1e-15 and 0 < defects["residual"] < 1e-14
 
 
 def test_a_short_time_in_which_a_rule_is_wrong_is_seen():
@@ -108,9 +118,9 @@ def test_a_short_time_in_which_a_rule_is_wrong_is_seen():
         off = sympy.exp(-((100 * x[-1] - 530) ** 2)) / 100
         return h * L(G.target(x, u, h * (HALF + off)), u)
 
-    found = order_of_sites(Scheme(driven, late), 1)
+    found = evidence_of(Scheme(driven, late)).order
     assert found.order == pytest.approx(1, abs=1e-3) and abs(found.place.t - 5.3) < 0.05
-    assert order_of_sites(Scheme(driven, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+    assert evidence_of(Scheme(driven, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
 
 
 def test_a_hub_is_no_part_of_a_sample_and_stays():
@@ -122,17 +132,16 @@ def test_a_hub_is_no_part_of_a_sample_and_stays():
     assert 0 in sites and not sample.free[sites.index(0)] and len(sites) > 50
     middle = replace(hub, bonds=[(100, i) for i in range(200) if i != 100])
     assert len(sample_of(middle, 1)[1]) > 50
-    assert order_of_sites(Scheme(hub, rules.midpoint), 1).order == pytest.approx(2, abs=1e-3)
+    assert evidence_of(Scheme(hub, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
 
 
-def test_rods_that_are_straight_between_sites_that_stay_are_no_part():
+def test_rods_that_are_straight_have_a_sample():
     rods = Lattice(
         "rods-in-a-row", pair(2), 60, on_site=lambda x, v, p: v.dot(v) / 2 - x[1],
         constraint=lambda x, y, p: [((y - x).dot(y - x) - 1) / 2], fixed=[0],
         x0=np.c_[np.arange(60.0), np.zeros(60)], v0=np.zeros((60, 2)),
     )  # fmt: skip
-    with pytest.raises(ReferenceFailure, match="redundant"):
-        order_of_sites(Scheme(rods, rules.midpoint), 1)
+    assert Scheme(sample_of(rods, 1)[0], rules.midpoint).order == 2
 
 
 def test_a_site_between_sites_that_stay_is_judged():
@@ -143,7 +152,7 @@ def test_a_site_between_sites_that_stay_is_judged():
 
 def test_a_contact_is_left_out_and_the_rest_is_judged():
     table = replace(CHAIN, contact=lambda x, p: [x[0] + 2], restitution="1/2")
-    assert order_of_sites(Scheme(table, beside(WRONG["sites"])), 3).order == pytest.approx(
+    assert evidence_of(Scheme(table, beside(WRONG["sites"]))).order.order == pytest.approx(
         1, abs=1e-3
     )
 

@@ -39,6 +39,6 @@ def test_every_system_answers(name, rule):
 
 def test_what_a_system_lacks_is_said_in_a_sentence():
     beam = system_of(Case("order", lookup.scene_given("beam"), rules.trapezoidal, 16))
-    assert beam.single_steps() is None and "--thorough" in beam.lacks["single_steps"]
+    assert "--thorough" in beam.lacks["form_defect"]
     assert parts_of(lookup.scene_given("bouncing-ball")) == {"contact"}
     assert why_not(lookup.scene_given("bead-chain")) == "is a lattice with contact"

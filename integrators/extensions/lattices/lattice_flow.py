@@ -13,6 +13,7 @@ from ...equations import SceneSymbols, momentum, on_constraints
 from ...errors import BadInput, arguments_checked
 from ...numbers import Arithmetic, Matrix, Number, arithmetic, exact_rational, numeric, whole_number
 from ...numbers.types import Function, Given, Rows
+from ...rules import adjoint
 from ...runs import File, FlowRuns, Progress, Stepper, Trajectory, run
 from ...scene import Again
 from .as_scene import scene_of
@@ -179,12 +180,28 @@ class LatticeFlow(FlowRuns):
         This is (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute
         terms: a few units of round-off for a correct step (`dual_step`). With constraints it is
         ω′(Pa, Pb) − ω(a, b) for random vectors that they admit (`restricted_step`), and (x, μ) must
-        be a row of a run. bracket_sign = −1 flips the bracket, as a negative control. Raises
-        `CannotMeasure` for compositions.
+        be a row of a run. Of a composition it is the largest of its substeps. bracket_sign = −1
+        flips the bracket, as a negative control.
         """
-        pairs = whole_number("pairs", pairs, 1)
-        step = step_derivative(self, *self._start(x, mu), float(exact_rational(t, "t")))
-        return poisson_defect(step, pairs, seed, bracket_sign)
+        pairs, worst = whole_number("pairs", pairs, 1), 0.0
+        after, time = self._start(x, mu), float(exact_rational(t, "t"))
+        for part in self.parts:
+            step = step_derivative(part, *after, time)
+            after, time = step.after, time + float(part.step)
+            worst = float(np.maximum(worst, poisson_defect(step, pairs, seed, bracket_sign)))
+        return worst
+
+    @cached_property
+    def parts(self) -> list[LatticeFlow]:
+        """The flows of a composition's substeps, one after another; of one step the flow itself."""
+        scheme, digits = self.scheme, self.numbers.digits
+        if not scheme.substeps:
+            return [self]
+        base = scheme.rule.of_step
+        schemes = {kind: type(scheme)(self.lattice, adjoint(base) if kind else base)
+                   for kind in {s.adjoint for s in scheme.substeps}}  # fmt: skip
+        return [schemes[s.adjoint].flow(self.step * exact_rational(s.coefficient(digits + 30), ""),
+                                        digits) for s in scheme.substeps]  # fmt: skip
 
     def momenta(self, x: np.ndarray, v: np.ndarray, t: Number = 0) -> np.ndarray:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""

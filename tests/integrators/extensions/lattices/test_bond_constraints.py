@@ -8,7 +8,7 @@ import pytest
 
 from discmech import Lattice, Scheme, discretisation, midpoint, pair, trapezoidal
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
-from discmech.integrators.extensions.lattices import DualStep
+from discmech.integrators.extensions.lattices import DualStep, RestrictedStep
 from discmech.integrators.extensions.lattices.scenes import linkages
 from discmech.integrators.rules import compose, gauss
 from tests.integrators.extensions.lattices.as_scenes import ROUND_OFF
@@ -97,7 +97,7 @@ def test_what_constraints_cannot_do_is_told():
     with pytest.raises(CannotMeasure, match="the form is defined on the vectors that they admit"):
         DualStep(flow, *lattice.start)
     with pytest.raises(CannotMeasure, match="several substeps"):
-        Scheme(lattice, compose(midpoint, "suzuki")).flow("1/50").poisson_defect(None, None)
+        RestrictedStep(Scheme(lattice, compose(midpoint, "suzuki")).flow("1/50"), None, None)
 
 
 @pytest.mark.slow
