@@ -235,14 +235,11 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> 
         return {}
     pair = plan.pairs[task.pair]
     try:
-        make = partial(also, scheme_of(*pair))
-        if store is None:
-            return {task.pair: make()}
-        try:
-            key = fingerprint.of_answer(also, *pair)
-        except Opaque:
-            return {task.pair: make()}
-        return {task.pair: store.remembered("answer", key, make)}
+        make: Callable[[], Any] = partial(also, scheme_of(*pair))
+        if store is not None:
+            with suppress(Opaque):
+                make = partial(store.remembered, "answer", fingerprint.of_answer(also, *pair), make)
+        return {task.pair: make()}
     except BadInput:  # the cases report it
         return {}
 

@@ -14,6 +14,7 @@ from discmech.integrators import BadInput
 
 from ..core.case import Progress, silent
 from ..core.cluster import Cluster
+from ..core.records import grouped
 from ..core.result import AnyResult, StudyResult
 from ..core.running import Told, unheard
 from ..core.store import Store
@@ -76,17 +77,16 @@ def comparison(cases: Sequence[AnyResult]) -> list[dict[str, Any]]:
                 else:
                     line.setdefault("not_finite", []).append("error" if name == "errors" else name)
     found = [line for line in lines.values() if len(line) > 4]
-    for line in found:
-        fellows = [f for f in found if (f["scene"], f["digits"]) == (line["scene"], line["digits"])]
-        _common(line, fellows, "errors", "step", "error")
-        _common(line, fellows, "costs", "accuracy", "seconds")
-    for line in found:
-        fellows = [f for f in found if (f["scene"], f["digits"]) == (line["scene"], line["digits"])]
-        line["ratios"] = {
-            name: line[name] / least
-            for name in ("error", "band", "seconds")
-            if _sound(line, name) and (least := min(f[name] for f in fellows if _sound(f, name)))
-        }
+    for fellows in grouped(found, lambda line: (line["scene"], line["digits"])).values():
+        for line in fellows:
+            _common(line, fellows, "errors", "step", "error")
+            _common(line, fellows, "costs", "accuracy", "seconds")
+        for line in fellows:
+            line["ratios"] = {
+                name: line[name] / min(f[name] for f in fellows if _sound(f, name))
+                for name in ("error", "band", "seconds")
+                if _sound(line, name)
+            }
     return [{k: v for k, v in line.items() if k not in ("errors", "costs")} for line in found]
 
 

@@ -161,10 +161,8 @@ def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tup
 
     some = [sum(rule.applies(s) for s in map(scenes.get, SCENES)) for rule in rules]
     narrow = min(some, default=len(SCENES)) < len(SCENES) / 2
-    found = (
-        (of(SCENES) if max(some, default=0) >= len(SCENES) / 2 else []) if narrow else of(SCENES)
-    )
-    found += of(ON_PAIRS) if narrow else []
+    wide = not narrow or max(some) >= len(SCENES) / 2
+    found = [*(of(SCENES) if wide else ()), *(of(ON_PAIRS) if narrow else ())]
     return tuple({scene.name: scene for scene in found}.values())
 
 
