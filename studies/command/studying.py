@@ -20,7 +20,7 @@ def add_to(commands: Any, word: str = "") -> None:
     """Declare a command for every study, and for one given as FILE.py:NAME."""
     studies = every_study()
     if re.search(r"\.py(:|$)", word):
-        from ..core.lookup import study_called
+        from ..core.study_words import study_called
 
         studies = {**studies, word: study_called(word)}
     for name, study in studies.items():
@@ -39,8 +39,8 @@ def add_to(commands: Any, word: str = "") -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the study and show its result; return the exit code."""
-    from ..core.lookup import study_called
     from ..core.running import run_study
+    from ..core.study_words import study_called
     from ..report.tables import print_result
 
     study = study_called(options.study)

@@ -1,4 +1,4 @@
-"""Rules, scenes, problems of control and studies by the words of a command.
+"""Rules, scenes and problems of control by the words of a command.
 
 A word is a name, FILE.py:NAME, or FILE.py for all in a file. NAME is that of an object, of its
 variable or of a list of objects. FILE.py:NAME:w=1/6 gives a value to a number that a rule leaves
@@ -8,10 +8,8 @@ duration or its step, as pendulum:length=2 does.
 
 from __future__ import annotations
 
-import pickle
 import re
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
@@ -28,8 +26,7 @@ from discmech.integrators.numbers import sympy
 from discmech.integrators.rules import METHODS, compose, with_parameters
 
 from .parts import parts_of
-from .study import Study, every_study, judging
-from .userfile import UserFile, load, loaded, word_for_study
+from .userfile import UserFile, load, loaded
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
 _Answer = TypeVar("_Answer")
@@ -69,13 +66,6 @@ def _scene_called(word: str) -> Any:
     raise unknown("scene", word, (*known, *problems.NAMES, *systems.NAMES))
 
 
-def _study_called(word: str) -> Study:
-    known = every_study()
-    if word not in known:
-        raise unknown("study", word, [name for name, study in known.items() if study.usual])
-    return known[word]
-
-
 def _problems_in(file: UserFile) -> dict[str, Any]:
     from discmech.integrators import Control
 
@@ -85,7 +75,6 @@ def _problems_in(file: UserFile) -> dict[str, Any]:
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
 SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
 CONTROL = Kind("Control(...)", _problems_in, lambda word: _problems().get(word))
-STUDY = Kind("study", lambda file: file.studies, _study_called)
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
 
@@ -159,8 +148,8 @@ def scene(thing: Scene | str) -> Scene:
     if "sites" in parts_of(asked):
         word = thing if isinstance(thing, str) else asked.name
         raise BadInput(
-            f"{asked.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
-            f"{judging(asked)}."
+            f"{asked.name} is a lattice: `discmech run {word}` runs it, and `discmech lattices "
+            f"{word}` judges it."
         )
     return asked
 
@@ -202,26 +191,6 @@ def scene_given(thing: Any) -> Scene:
     """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
     kinds: Any = (Scene, Lattice)
     return _given(thing, kinds, SCENE)
-
-
-def study_called(word: str) -> Study:
-    """Return the study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
-    study: Study = only(STUDY, word)
-    return study
-
-
-def word_of_study(study: Study) -> str:
-    """Return the word that finds the study in another process.
-
-    Raises `pickle.PicklingError` for one that is in no file and in no package.
-    """
-    word = word_for_study(study.name)
-    with suppress(BadInput):
-        if study_called(word) is study:
-            return word
-    raise pickle.PicklingError(
-        f"the study {study.name} cannot go to another process: write it in a file."
-    )
 
 
 def varied(

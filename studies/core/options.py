@@ -163,11 +163,4 @@ def control_option(what: str, names: Callable[[], Iterable[str]]) -> Option:
     return Option("--control", about, "NAME", read, repeated=True)
 
 
-def _methods() -> Iterable[str]:
-    from .controls import NAMES
-
-    return NAMES
-
-
-CONTROL = control_option("a method", _methods)
 THOROUGH = Option("--thorough", "take minutes to hours, not seconds")

@@ -20,7 +20,6 @@ from discmech.integrators.scene import Opaque
 from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
-from .lookup import study_called, word_of_study
 from .one_case import (
     asks_cause,
     asks_more,
@@ -37,6 +36,7 @@ from .plan import Place, Plan, Task
 from .result import AnyResult
 from .store import Carried, Store
 from .study import Study
+from .study_words import study_called, word_of_study
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 

@@ -1,8 +1,17 @@
 """Pullback of Ω and Poisson form, with controls."""
 
-from ..core.options import CONTROL
+from collections.abc import Iterable
+
+from ..core.options import control_option
 from ..core.study import StudyFolder
 from .limits import LIMITS
+
+
+def _methods() -> Iterable[str]:
+    from ..core.controls import NAMES
+
+    return NAMES
+
 
 STUDY = StudyFolder(
     name="symplecticity",
@@ -34,5 +43,5 @@ STUDY = StudyFolder(
         "tested at large steps, and methods known to be wrong, the controls, have to be caught "
         "by the same test."
     ),
-    options=(CONTROL,),
+    options=(control_option("a method", _methods),),
 )

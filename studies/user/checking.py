@@ -17,6 +17,7 @@ from ..core.options import digits_in, listed, option_words, whole
 from ..core.result import study_result_of
 from ..core.running import run_study
 from ..core.study import Study, refusal
+from ..core.study_words import study_called
 from ..core.userfile import word_for_study
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def _command(study: Study, chosen: Choice) -> str:
 def _study(thing: Study | str) -> Study:
     """Return the study itself; raises `BadInput` for anything that neither is nor names one."""
     if isinstance(thing, str):
-        return lookup.study_called(thing) if ".py" in thing else studies.get(thing)
+        return study_called(thing) if ".py" in thing else studies.get(thing)
     if trouble := refusal(thing):
         raise BadInput(f"{shown(thing)}: {trouble}.")
     return thing

@@ -23,7 +23,7 @@ BAD = [
     ("order pendulum --retraction exp", 'there is no retraction "exp"'),
     ("lattices brether", 'there is no scene "brether": did you mean breather?'),
     ("explain midpoint kepler", "midpoint is a rule, where a scene is asked for: swap the two"),
-    ("explain cradle midpoint", "runs it, and it is judged by `discmech lattices`."),
+    ("explain cradle midpoint", "runs it, and `discmech lattices cradle` judges it."),
     ("order --rule triple-jump:kepler", "kepler is a scene, where a rule is asked for: swap"),
     ("verify kepler", "or name a rule such as midpoint."),
     ("symplecticity --control Huen", 'there is no control "Huen": did you mean Heun?'),

@@ -20,7 +20,7 @@ from discmech.studies.command import main
 from discmech.studies.core import study as room
 from discmech.studies.core import userfile
 from discmech.studies.core.fingerprint import text_of_study
-from discmech.studies.core.lookup import study_called
+from discmech.studies.core.study_words import study_called
 
 FILE = """
 from discmech.studies import Study
