@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ..errors import BadInput, shown
-from ..geometry import Maps, StepContext, pullback_defect, slopes
+from ..geometry import Maps, StepContext, pullback_defect
 from ..numbers import newton, whole_number
 from ..numbers.types import Matrix, Number, Numbers, Vector
 from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
@@ -121,7 +121,7 @@ class EvolutionOperator:
         """
         (x, u), tangent = self._inverse(y, v)
         at = self._before(x, u)
-        return self.numbers.public((slopes(at, "plus") @ tangent).T)
+        return self.numbers.public((at["of_plus"] @ tangent).T)
 
     @in_own_numbers
     def tangent(self, x: Vector, u: Vector) -> Matrix:
@@ -150,7 +150,7 @@ class EvolutionOperator:
         def change(v: Vector) -> Vector:
             here = self._maps(self.context.geometry.at, self.upsilon, "right", y, v)
             dv = np.asarray(self.numbers.solve(here["minus_u"], goal - here["minus"]))
-            return self._along_group(here["R"], dv, v)
+            return self.context.geometry.along_group(y, v, dv)
 
         return newton(change, start, scale, self.numbers.eps)
 
@@ -161,21 +161,13 @@ class EvolutionOperator:
         def change(point: Vector) -> Vector:
             x, u = point[:n], point[n:]
             here = self._maps(self.context.geometry.at, self.sigma, "left", x, u)
-            matrix = np.vstack([slopes(here, "target"), slopes(here, "plus")])
+            matrix = np.vstack([here["of_target"], here["of_plus"]])
             gap = np.concatenate([y - here["target"], goal - here["plus"]])
             step = np.asarray(self.numbers.solve(matrix, gap))
-            step[n:] = self._along_group(here["R"], step[n:], u)
+            step[n:] = self.context.geometry.along_group(x, u, step[n:])
             return step
 
         return newton(change, start, scale, self.numbers.eps)
-
-    def _along_group(self, R: Matrix, du: Vector, u: Vector) -> Vector:
-        """Return the change of u along R⁻¹du in the group if L_d is given on it, else du."""
-        if self.context.equations.element is None:
-            return du
-        chart, h = self.context.chart, self.context.h
-        along = chart.element(h * self.numbers.solve(R, du))
-        return np.asarray(chart.coordinates(along @ chart.element(h * u)) / h - u)
 
     def _before(self, x: Vector, u: Vector) -> Maps:
         return self._maps(self.context.maps_at, self.sigma, "left", x, u)
@@ -202,16 +194,11 @@ class EvolutionOperator:
             return maps_at(x, u)
         to, tangent_of = (getattr(bisection, side + end) for end in ("", "_tangent"))
         at, tangent, here = maps_at(*to(x, u)), tangent_of(x, u), bisection.maps(x, u, 0 * u)
-        parts = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
-                 "R": bisection.maps(x, 0 * u, u)["p_u"], "tangent": tangent}  # fmt: skip
+        maps = {"target": here["target"], "of_target": np.hstack([here["b_x"], here["b_u"]]),
+                "R": bisection.maps(x, 0 * u, u)["p_u"], "tangent": tangent}  # fmt: skip
         for name in ("minus", "plus"):
-            slope = slopes(at, name) @ tangent
-            parts |= {
-                name: at[name],
-                f"{name}_x": slope[:, : self.n],
-                f"{name}_u": slope[:, self.n :],
-            }
-        return parts
+            maps |= {name: at[name], f"of_{name}": at[f"of_{name}"] @ tangent}
+        return maps | {"minus_u": maps["of_minus"][:, self.n :]}
 
     def _step(self, x: Vector, u: Vector) -> tuple[Maps, Maps, Point]:
         """Return the maps at g_W and at h_W, and h, for the step from g = (x, u)."""

@@ -1,13 +1,13 @@
 """Steps by Newton's method with the Legendre maps' own derivatives, a check of the kernels.
 
-This is the evolution operator through the identity bisections (`bisections.evolution_operator`).
+The steps are those of `geometry.StepMap`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import lru_cache
-from typing import Any, TypeAlias
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -18,17 +18,42 @@ from ..geometry import (
     Maps,
     Step,
     StepContext,
+    StepMap,
+    StepNotFound,
     form_change,
     in_round_offs,
     poisson_defect,
     pullback_defect,
     restricted_defect,
-    step_round_off,
 )
-from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
+from ..numbers import Number, Numbers, Vector
 from ..numbers.types import Array
 
 State: TypeAlias = tuple[Numbers, Numbers]  # (x, μ)
+Result = TypeVar("Result")
+
+
+def _from(
+    context: StepContext, ask: Callable[..., Result], x: Vector, mu: Vector, near: Vector
+) -> Result:
+    """Return what a method of `StepMap` gives for the step from (x, μ), by Newton from a velocity
+    nearby.
+
+    Raises `StepFailure` if it diverges, and `StepNotFound` where a run has taken the step of a map
+    that is measured; `CannotMeasure` for impulses beside arrows.
+    """
+    if context.equations.arrows is not None:
+        context.check_one_arrow()
+    geometry = context.geometry
+    try:
+        return ask(geometry, x, mu, geometry.start(x, mu, near))
+    except CannotMeasure:  # it is a ValueError, but about the request
+        raise
+    except (ArithmeticError, ValueError) as error:
+        taken = context.equations.arrows is None and ask is not StepMap.step
+        if taken and isinstance(error, StepNotFound):
+            raise
+        raise context.failure("the step was not found", {"x": x, "mu": mu}) from None
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
@@ -36,20 +61,13 @@ def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Ve
 
     The latest results are remembered, because several forms are measured on one step.
     """
-    return np.array(_arrow_from(context, tuple(x), tuple(mu), tuple(guess)), context.numbers.dtype)
-
-
-@lru_cache(maxsize=8)
-def _arrow_from(context: StepContext, *given: tuple[Number, ...]) -> tuple[Number, ...]:
-    x, mu, guess = (np.array(part, context.numbers.dtype) for part in given)
-    geometry, operator = context.geometry, EvolutionOperator(context)
     with context.numbers.working():
-        inverse = inverse_sizes(context.maps_at(x, guess)["minus_u"])
-        scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
-        u = operator.following(x, context.h * mu, guess, scale)
-    if u is None:
-        raise context.failure("the step was not found", {"x": x, "mu": mu})
-    return tuple(u)
+        return _from(context, StepMap.unknowns, x, mu, guess)[: len(mu)].copy()
+
+
+def _next(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
+    """Return Newton's guess for the substep after that from (x, μ): its u, if it has arrows."""
+    return guess if context.equations.arrows is None else arrow_from(context, x, mu, guess)
 
 
 def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Vector]:
@@ -68,27 +86,13 @@ def step_along(context: StepContext, here: Maps) -> Step:
     return here["target"], here["plus"] / h, context.geometry.dual_step(here, h)
 
 
-def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> Step:
-    """Return the step of a one-step map; raises `StepFailure` if Newton diverges."""
-    geometry = context.geometry
-    try:
-        step: Step = geometry.step(x, mu, geometry.start(x, mu, near))
-        return step
-    except (ArithmeticError, ValueError):
-        raise context.failure("the step was not found", {"x": x, "mu": mu}) from None
-
-
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """Return the step on the dual from (x, μ), by substeps, with its `Tracked` derivative."""
     total: Array = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
-        if part.equations.arrows is None:
-            x, mu, derivative = _step_of_map(part, x, mu, guess)
-        else:
-            guess = arrow_from(part, x, mu, guess)
-            after_x, after_mu, derivative = step_along(part, part.geometry.tracked(x, guess))
-            x, mu = after_x.value, after_mu.value
-        total = derivative @ total
+        near = _next(part, x, mu, guess)
+        x, mu, derivative = _from(part, StepMap.step, x, mu, guess)
+        total, guess = derivative @ total, near
     return x, mu, total
 
 
@@ -96,10 +100,10 @@ def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> 
     """Return the change of the form on the dual in the step from (x, μ), substep by substep."""
     total: FormChange | None = None
     for part in context.parts:
-        guess = arrow_from(part, x, mu, guess)
-        change, here = form_change(part.geometry, x, mu, guess), part.maps_at(x, guess)
+        change, near = _from(part, form_change, x, mu, guess), _next(part, x, mu, guess)
         total = change if total is None else total.then(change)
-        x, mu = here["target"], here["plus"] / part.h
+        x, mu, _ = _from(part, StepMap.step, x, mu, guess)
+        guess = near
     assert total is not None
     return total
 
@@ -116,17 +120,10 @@ def round_off_from(
     still = 0 * abs(np.concatenate([x, mu]))
     handed: Array = context.numbers.identity(len(still)) * (still if errors is None else errors)
     for part in context.parts:
-        if part.equations.arrows is None:
-            start = part.geometry.start(x, mu, guess)
-            own = part.geometry.step_round_off(x, mu, start, still)
-            x, mu, derivative = _step_of_map(part, x, mu, guess)
-        else:
-            guess = arrow_from(part, x, mu, guess)
-            here = part.maps_at(x, guess)
-            own = step_round_off(part.geometry, x, mu, guess, here, still)
-            x, mu, derivative = step_along(part, here)
-        own = context.numbers.identity(len(still)) * own
-        handed = np.hstack([tracked(derivative).value @ handed, own])
+        own, near = _from(part, StepMap.step_round_off, x, mu, guess), _next(part, x, mu, guess)
+        x, mu, derivative = _from(part, StepMap.step, x, mu, guess)
+        handed = np.hstack([derivative.value @ handed, context.numbers.identity(len(own)) * own])
+        guess = near
     return x, mu, abs(handed).sum(axis=1)
 
 
@@ -136,30 +133,23 @@ def growth_errors(
     """Yield (the state after, the error of what a step adds to (x, μ)), n+m each, of each substep.
 
     The step's formulas are evaluated in the flow's own numbers and to twice the digits, at the same
-    state and arrow. Raises `CannotMeasure` for unknowns beside velocities and stages, such as
-    multipliers.
+    state and arrow. Raises `CannotMeasure` for impulses beside arrows.
     """
     exactly = context.exactly
     for part, whole in zip(context.parts, exactly.parts, strict=True):
         with context.numbers.working():
             at, momentum = context.vectors(x, mu)
             guess = context.vector(near, len(momentum))
-            w: Vector | None = None
-            if part.equations.arrows is None:
-                grown = part.geometry.growth(at, momentum, part.geometry.start(at, momentum, guess))
-            else:
-                near = arrow_from(part, at, momentum, guess)
-                w = np.concatenate([near, part.geometry.stages(at, near)])
-                if len(w) != len(part.equations.w):
-                    raise CannotMeasure(f"{context.scene.name}: a step has multipliers, too.")
-                grown = part.geometry.growth(at, momentum, w)
+            w = _from(part, StepMap.unknowns, at, momentum, guess)
+            grown = part.geometry.growth(at, momentum, w)
+            near = _next(part, at, momentum, guess)
         with exactly.numbers.working():
             at, momentum = exactly.vectors(at, momentum)
-            guess = exactly.vector(near, len(momentum))
-            begin = whole.geometry.start(at, momentum, guess) if w is None else w
-            exact = whole.geometry.growth(at, momentum, exactly.vector(begin, len(begin))).value
+            if part.equations.arrows is None:  # its unknowns are rounded, too
+                w = _from(whole, StepMap.unknowns, at, momentum, exactly.vector(near, len(mu)))
+            exact = whole.geometry.growth(at, momentum, exactly.vector(w, len(w)))
             after = np.concatenate([at, momentum]) + exact
-            yield after, exactly.vector(grown.value, len(exact)) - exact
+            yield after, exactly.vector(grown, len(exact)) - exact
         x, mu = np.split(after, [len(at)])
 
 
@@ -280,10 +270,9 @@ def _of_restricted(
             "step of its base rule."
         )
     with context.numbers.working():
-        here = context.vectors(x, mu)
-        start = context.start(*here, _start(context, u0))
-        geometry = context.geometry
-        found = restricted_defect(geometry, here[0], here[1], start, sign, forced)
+        at, near = context.vectors(x, mu), _start(context, u0)
+        asked = partial(restricted_defect, sign=sign, forced=forced)
+        found = _from(context, asked, *at, near)
     return _public_number(of, found)
 
 

@@ -10,7 +10,7 @@ from ..bisections import POLICIES, EdgePolicy
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, Step, compile
 from ..equations import DiscretisedScene, blamed, composed_step
 from ..errors import BadInput, arguments_checked, shown
-from ..geometry import LocalGeometry, StepContext
+from ..geometry import StepContext, StepMap
 from ..numbers import Number, Numbers, Vector, arithmetic, exact_rational
 from ..numbers.types import Given, Rows
 from ..runs import File, FlowRuns, Progress, Stepper, Trajectory, run
@@ -127,7 +127,7 @@ class SceneRuns(FlowRuns):
             return rows.base[-1], rows.mu[-1]
 
     @property
-    def geometry(self) -> LocalGeometry:
+    def geometry(self) -> StepMap:
         """The scheme's maps and derivatives as numbers at this step."""
         return self.context.geometry
 

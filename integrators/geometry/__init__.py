@@ -8,20 +8,18 @@ from .defects import (
     in_round_offs,
     poisson_defect,
     pullback_defect,
-    step_round_off,
 )
 from .forced_form import FormChange, form_change
-from .local_geometry import LocalGeometry, Maps, StagesNotFound, map_text, slopes
 from .map_texts import text_of
-from .one_step_geometry import OneStepGeometry, StepNotFound
 from .restricted_form import restricted_defect
 from .step_context import StepContext, vector_in
+from .step_map import Maps, StagesNotFound, StepMap, StepNotFound, map_text
 from .transitions import Arrow, defects, regularity, residual, singular_sign
 
 __all__ = [
-    "Arrow", "FormChange", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step",
-    "StepContext", "StepNotFound", "composed_arrows", "defects", "entrywise_defect", "form_change",
+    "Arrow", "FormChange", "Maps", "StagesNotFound", "Step", "StepContext", "StepMap",
+    "StepNotFound", "composed_arrows", "defects", "entrywise_defect", "form_change",
     "in_round_offs", "is_self_adjoint", "map_text", "order_of_step", "poisson_defect",
-    "pullback_defect", "regularity", "residual", "restricted_defect", "singular_sign", "slopes",
-    "step_round_off", "text_of", "vector_in",
+    "pullback_defect", "regularity", "residual", "restricted_defect", "singular_sign",
+    "text_of", "vector_in",
 ]  # fmt: skip

@@ -1,7 +1,8 @@
 """Self-adjointness of a scheme, derived from its Legendre maps.
 
 The adjoint of Φ has the discrete Lagrangian L_d*(g; h) = −L_d(g⁻¹; −h), whose Legendre maps are
-F⁻*(g; h) = −F⁺(g⁻¹; −h) and F⁺*(g; h) = −F⁻(g⁻¹; −h) in the charts of the steps h and −h.
+F⁻*(g; h) = −F⁺(g⁻¹; −h) and F⁺*(g; h) = −F⁻(g⁻¹; −h) in the charts of the steps h and −h: both
+divided by their step, they are equal.
 """
 
 from __future__ import annotations
@@ -16,8 +17,7 @@ from ..equations import StepEquations
 from ..numbers import arithmetic, random_point, sympy
 from ..rules import Discretisation
 from .defects import in_round_offs
-from .local_geometry import LocalGeometry, StagesNotFound
-from .one_step_geometry import OneStepGeometry
+from .step_map import StagesNotFound, StepMap
 
 #: many digits, because in unfavourable units the terms that distinguish a map from its adjoint may
 #: be tiny beside others, for example those of the potential at a random state
@@ -101,7 +101,7 @@ def _gap_of_map(equations: StepEquations, seed: int, shorter: int) -> float:
         for sign in (1, -1):
             parameters = [point[e] for e in s.parameter_list]
             q = s.q_values(sign * point[s.h] / shorter, parameters, numbers)
-            geometry = OneStepGeometry(equations, numbers, q)
+            geometry = StepMap(equations, numbers, q)
             start = geometry.start(*after, near=0 * mu)
             errors = geometry.step_round_off(*after, start, errors)
             *after, _ = geometry.step(*after, start)  # type: ignore[assignment]
@@ -119,10 +119,10 @@ def _gap(equations: StepEquations, seed: int, shorter: int, unit: int = 0) -> fl
         point[letter] *= sympy.Integer(10) ** unit
     with numbers.working():
 
-        def geometry(sign: int) -> LocalGeometry:
+        def geometry(sign: int) -> StepMap:
             parameters = [point[e] for e in s.parameter_list]
             q = s.q_values(sign * point[s.h], parameters, numbers)
-            return LocalGeometry(equations, numbers, q)
+            return StepMap(equations, numbers, q)
 
         back = -equations.groupoid.inversion(s.x, s.u, s.h).xreplace(point)
         x, u, v = (np.array([numbers.number(e) for e in w], numbers.dtype)
@@ -130,6 +130,6 @@ def _gap(equations: StepEquations, seed: int, shorter: int, unit: int = 0) -> fl
         one, other = geometry(1), geometry(-1)
         target, *here = one.with_round_off(x, u, 0 * abs(x), 0 * abs(u))
         _, *there = other.with_round_off(target.value, v, target.error, abs(v))
-        sums = [a + b for a, b in zip(here, reversed(there), strict=True)]
-        bounds = [part.error for part in sums]
-        return float(in_round_offs(np.concatenate([e.value for e in sums]), np.concatenate(bounds)))
+        gaps = [a - b for a, b in zip(here, reversed(there), strict=True)]
+        bounds = [part.error for part in gaps]
+        return float(in_round_offs(np.concatenate([e.value for e in gaps]), np.concatenate(bounds)))

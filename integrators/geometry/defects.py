@@ -10,9 +10,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..numbers import Tracked, finite, inverse_sizes, tracked
+from ..numbers import Tracked, finite, tracked
 from ..numbers.types import Array, Number, Vector
-from .local_geometry import LocalGeometry, Maps
+from .step_map import Maps, StepMap
 
 #: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), plain or `Tracked`
 Step: TypeAlias = tuple[Array, Array, Array]
@@ -45,7 +45,7 @@ def over_terms(gap: Tracked, terms: np.ndarray, resolution: Number) -> Number:
 
 
 def pullback_defect(
-    geometry: LocalGeometry, here: Maps, there: Maps, tangent: Array, resolution: Number = 1
+    geometry: StepMap, here: Maps, there: Maps, tangent: Array, resolution: Number = 1
 ) -> Number:
     """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), at arrows."""
     p = geometry.prolongation(here, there, tangent)
@@ -54,7 +54,7 @@ def pullback_defect(
 
 
 def poisson_defect(
-    geometry: LocalGeometry,
+    geometry: StepMap,
     x: Vector,
     mu: Vector,
     step: Step,
@@ -71,29 +71,11 @@ def poisson_defect(
     return entrywise_defect(m, before, after, resolution)
 
 
-def step_round_off(
-    geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector, here: Maps, errors: Vector
-) -> Vector:
-    """Return the effect of round-off on (x′, μ′) in one step from (x, μ) along (x, u), n+m units ε.
-
-    It is a bound to first order: every operation of F⁻, F⁺ and b rounds (`running_error`), F⁻ = hμ
-    is solved to the round-off of its two sides, and so are the stages. here: the maps at (x, u).
-    errors: those of (x, μ) at the start, which are propagated.
-    """
-    h, n = geometry.q[0], geometry.n
-    of_x, of_mu = errors[:n], abs(mu) + errors[n:]
-    inverse = inverse_sizes(here["minus_u"])
-    of_u = geometry.round_off_of_u(x, u, inverse, of_x, of_mu)
-    b, minus, plus = geometry.with_round_off(x, u, of_x, of_u)
-    after = of_mu + abs(here["plus"] / h) + (minus.error + plus.error) / abs(h)
-    return np.concatenate([b.error + abs(b.value), after])
-
-
 def in_round_offs(gap: Vector, bound: Vector) -> Number:
     """Return the largest |gap| over its bound, entry by entry; 0 without a gap, 1 without a bound.
 
     It is nan if the bound of a gap is not finite: an infinite one would excuse any gap.
-    With a `step_round_off` as bound it is at most ε if only round-off caused the gap.
+    With a `StepMap.step_round_off` as bound it is at most ε if only round-off caused the gap.
     """
     triples = zip(abs(gap), bound, finite(bound), strict=True)
     found = [g / (b if b else g) if known else np.nan for g, b, known in triples if g != 0]

@@ -25,10 +25,10 @@ import numpy as np
 from ..numbers import Arithmetic, Tracked, solve, tracked
 from ..numbers.types import Array, Number, Vector
 from .defects import over_terms
-from .local_geometry import LocalGeometry, Maps, slopes
+from .step_map import Maps, StepMap
 
 
-def canonical_form(geometry: LocalGeometry, x: Vector, mu: Vector, sign: int = 1) -> Tracked:
+def canonical_form(geometry: StepMap, x: Vector, mu: Vector, sign: int = 1) -> Tracked:
     """Return ω at (x, μ) on the vectors (b, δμ), 2m×2m; sign = −1 flips its bracket: a control."""
     numbers, m = geometry.numbers, geometry.m
     zero, one = numbers.zeros(m, m), numbers.identity(m)
@@ -36,7 +36,7 @@ def canonical_form(geometry: LocalGeometry, x: Vector, mu: Vector, sign: int = 1
     return tracked(np.block([[bracket, one], [-one, zero]]))
 
 
-def work_differential(geometry: LocalGeometry, x: Vector, u: Vector, here: Maps) -> Tracked:
+def work_differential(geometry: StepMap, x: Vector, u: Vector, here: Maps) -> Tracked:
     """Return dθ_f on the sections a e→ + c e← of the arrow (x, u), 2m×2m in the order (a, c).
 
     here: the maps at the arrow.
@@ -86,15 +86,16 @@ class FormChange:
         work = self.work + self.map_.T @ later.work @ self.map_
         return FormChange(later.map_ @ self.map_, self.before, later.after, work)
 
-    def defect(self, resolution: Number) -> Number:
-        """Return the largest entry of |Pᵀω′P − ω + dθ_f| over |P|ᵀ|ω′||P| + |ω| + |dθ_f|.
-
-        resolution: see `entrywise_defect`.
-        """
+    def gap(self) -> tuple[Tracked, Vector]:
+        """Return Pᵀω′P − ω + dθ_f, and |P|ᵀ|ω′||P| + |ω| + |dθ_f|, its terms."""
         gap = self.map_.T @ self.after @ self.map_ - self.before + self.work
         size = abs(self.map_.value)
         terms = size.T @ abs(self.after.value) @ size + abs(self.before.value)
-        return over_terms(gap, terms + abs(self.work.value), resolution)
+        return gap, terms + abs(self.work.value)
+
+    def defect(self, resolution: Number) -> Number:
+        """Return the largest entry of `gap` over its terms; resolution: see `entrywise_defect`."""
+        return over_terms(*self.gap(), resolution)
 
     def volume(self, numbers: Arithmetic) -> tuple[Number, Number]:
         """Return (det P, how far its square is from det(ω − dθ_f), relative to their sum).
@@ -106,21 +107,28 @@ class FormChange:
         return grown, abs(grown * grown - wanted) / (grown * grown + abs(wanted))
 
 
-def form_change(geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector) -> FormChange:
-    """Return the change of ω in the step from (x, μ) along the arrow (x, u) with F⁻ = hμ."""
-    numbers, h, (n, m) = geometry.numbers, geometry.q[0], (geometry.n, geometry.m)
+def form_change(
+    geometry: StepMap, x: Vector, mu: Vector, start: Vector, sign: int = 1, forced: bool = True
+) -> FormChange:
+    """Return the change of ω in the step from (x, μ), by Newton from a start.
+
+    sign = −1 flips the bracket of ω: a negative control. forced: False without the force's dθ_f.
+    """
+    numbers, e, h = geometry.numbers, geometry.equations, geometry.q[0]
+    n, m = geometry.n, geometry.m
+    free = geometry if e.free is None else StepMap(e.free, numbers, geometry.q)
+    u = geometry.unknowns(x, mu, start)[:m]
+    here = free.tracked(x, u)
     zero: Array = numbers.zeros(m, m)
     one: Array = Tracked(numbers.identity(m))
-    here = geometry.tracked(x, u)
-    natural: Array = here["rho"] / h
-    of_x = np.hstack([natural, numbers.zeros(n, m)])
-    of_mu = np.hstack([zero, one * h])
-    of_u = solve(numbers, here["minus_u"], of_mu - here["minus_x"] @ of_x)
-    moved = np.vstack([of_x, of_u])
-    turned = np.hstack([here["R"] / h, zero])
-    c = solve(numbers, here["L"], of_u + turned)
-    map_ = np.vstack([c * h, slopes(here, "plus") @ moved / h])
+    lift = np.block([[here["rho"] / h, numbers.zeros(n, m)], [zero, one]])
+    _, slope, by_z, end, of_w, of_z = geometry.parts(x, mu, start)
+    along = -solve(numbers, slope, by_z @ lift)
+    c = solve(numbers, here["L"], along[:m] + np.hstack([here["R"] / h, zero]))
+    map_ = np.vstack([c * h, (of_z @ lift + of_w @ along)[n:]])
     arrow = np.vstack([np.hstack([one / -h, zero]), c])
-    work = arrow.T @ work_differential(geometry, x, u, here) @ arrow
-    after = canonical_form(geometry, here["target"].value, here["plus"].value / h)
-    return FormChange(map_, canonical_form(geometry, x, mu), after, work)
+    work = tracked(numbers.zeros(2 * m, 2 * m))
+    if forced and e.s.forced:
+        work = arrow.T @ work_differential(free, x, u, here) @ arrow
+    after = canonical_form(geometry, end.value[:n], end.value[n:], sign)
+    return FormChange(map_, canonical_form(geometry, x, mu, sign), after, work)

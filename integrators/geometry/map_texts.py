@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from ..equations import Arrows, StepEquations, discrete_force, poisson_tensor
 from ..numbers import jacobian, numeric_text, sympy
 from ..numbers.numeric import Result
-from ..numbers.types import Letters
+from ..numbers.types import Entries, Letters
 from .composed_arrows import composed_arrows, origin
 
 
-def _maps(equations: StepEquations) -> Arrows:
-    return equations.arrows_for("Legendre maps")
+def _arrows(e: StepEquations) -> Arrows:
+    return e.arrows_for("Legendre maps")
 
 
-def _local(e: StepEquations) -> list[Result]:
-    """Return b, ρ, L, R, F⁻, F⁺, and the derivatives of b, F⁻, F⁺ and of the stages' equations."""
-    s, at = e.s, _maps(e)
-    maps = [at.target, at.minus, at.plus]
-    parts = [list(at.target), at.rho, at.L_at_translate, at.R, *map(list, maps[1:])]
-    parts += [e.total(part, letters) for part in maps for letters in (s.x, s.u)]
-    if len(s.stages):
-        parts += [e.total(part, s.stages) for part in maps[1:]]
-        parts += [e.total(at.stage_equations, letters) for letters in (s.x, s.u, s.stages)]
-    return parts
+def _values(e: StepEquations) -> list[Any]:
+    """Return E and Z: of arrows by the Legendre maps, else the rows and the state with its
+    growth."""
+    g, at = e.graph, e.arrows
+    z = g.letters(e.z)
+    if at is None:
+        return [list(e.rows), g.plus(z, [*map(g.node, e.increment)])]
+    momenta = [*z[len(e.x) :], *[g.number(0)] * len(e.s.stages)]
+    return [g.minus(at.rows, momenta), [*at.target, *at.plus_of_rows]]
+
+
+def _with_slopes(e: StepEquations, rows: list[Any], after: Entries) -> list[Result]:
+    """Return rows, their derivatives by w and z, the state after a step or its growth, and its
+    derivatives by w and z."""
+    by = (e.w, e.z)
+    return [rows, *(e.total(rows, c) for c in by), list(after), *(e.total(after, c) for c in by)]
 
 
 def _force(e: StepEquations) -> list[Result]:
@@ -42,31 +49,22 @@ def _natural(e: StepEquations) -> list[Result]:
     return [groupoid.rho(s.x, s.h) / s.h, structure]
 
 
-def _one_step(e: StepEquations) -> list[Result]:
-    """Return the rows of a step by w from (x, μ), ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w
-    and z."""
-    parts = [list(e.rows), e.slope, e.total(e.rows, e.z), list(e.increment)]
-    return [*parts, *(e.total(e.increment, letters) for letters in (e.w, e.z))]
-
-
 #: name ↦ (letters of the arguments, what a function gives): the parts of a scheme in numbers. An
 #: "action" is L_d/h of a step by w from x, and the arrow of all steps with it; a "velocity" that at
 #: x of the derivative a of a curve of arrows
 TEXTS: dict[str, tuple[str, Callable[[StepEquations], list[Result]]]] = {
-    "local": ("x u s", _local),
-    "values": ("x u s", lambda e: [list(m) for m in (_maps(e).target, _maps(e).minus,
-                                                     _maps(e).plus)]),
-    "stages": ("x u s", lambda e: [list(_maps(e).stage_equations),
-                                   e.total(_maps(e).stage_equations, e.s.stages)]),
-    "stage values": ("x u s", lambda e: [list(_maps(e).stage_equations)]),
+    "map": ("x mu w", lambda e: _with_slopes(e, *_values(e))),
+    "values": ("x mu w", _values),
+    "rows": ("x mu w", lambda e: [(rows := _values(e)[0]), e.total(rows, e.w)]),
+    "fields": ("x u", lambda e: [_arrows(e).rho, _arrows(e).L_at_translate, _arrows(e).R]),
+    "along": ("x u c", lambda e: [list(e.step.along[1])]),  # type: ignore[index]
     "force": ("x u s", _force),
     "branch": ("x u", lambda e: [e.arrows_for("branch").element.branch]),  # type: ignore[union-attr]
     "natural": ("x", _natural),
     "bracket": ("x", lambda e: [poisson_tensor(e.s, e.s.x, e.s.mu)]),
-    "one_step": ("x mu w", _one_step),
+    "one_step": ("x mu w", lambda e: _with_slopes(e, list(e.rows), e.increment)),
     "step": ("x mu w", lambda e: [list(e.rows), list(e.increment)]),
-    "step slope": ("x mu w", lambda e: [e.slope]),
-    "action": ("x w x0 a", lambda e: [_maps(e).of.expression / e.h,
+    "action": ("x w x0 a", lambda e: [_arrows(e).of.expression / e.h,
                                       composed_arrows(e.groupoid).after]),
     "velocity": ("x a", lambda e: [composed_arrows(e.groupoid).velocity]),
 }  # fmt: skip
@@ -77,6 +75,8 @@ def text_in(equations: StepEquations, what: str) -> str:
     words, parts = TEXTS[what]
     s, names = equations.s, words.split()
     letters: dict[str, Letters] = {"x": s.x, "u": s.u, "s": s.stages, "mu": s.mu}
+    if "c" in names:
+        letters["c"] = equations.step.along[0]  # type: ignore[index]
     if "w" in names:
         letters["w"] = equations.w
     if "a" in names:

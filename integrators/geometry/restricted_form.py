@@ -1,12 +1,8 @@
 """The symplectic form on the arrows that satisfy holonomic constraints, which may move.
 
-On the dual, (b, δμ) with δx = ρ̂ b is a tangent vector of the prolongation, and
-
-    ω((b, δ), (b′, δ′)) = b·δ′ − b′·δ + μ_θ Ĉ^θ_{γν} b^γ b′^ν.
-
-A step maps b at its start to b′ at its end; the displacement of its arrow (x, u) is a = −b/h and c
-= b′/h: h δu + R b = L b′. With constraints the form is preserved on exactly the vectors with A b =
-0 and d(A ξ − a) = 0, at the time of each end (Marsden, West 2001, 3.5.3).
+The change of ω in a step is that of `forced_form`. With constraints the form is preserved on
+exactly the vectors with A b = 0 and d(A ξ − a) = 0, at the time of each end (Marsden, West 2001,
+3.5.3).
 """
 
 from __future__ import annotations
@@ -19,13 +15,12 @@ from ..equations import SceneSymbols, constraint_matrix, constraint_shift, mass_
 from ..numbers import Arithmetic, jacobian, numeric
 from ..numbers.types import Function, Matrix, Number, Vector
 from .defects import in_round_offs
-from .forced_form import canonical_form, work_differential
-from .local_geometry import LocalGeometry
-from .one_step_geometry import OneStepGeometry
+from .forced_form import form_change
+from .step_map import StepMap
 
 
 def restricted_defect(
-    geometry: OneStepGeometry,
+    geometry: StepMap,
     x: Vector,
     mu: Vector,
     start: Vector,
@@ -39,36 +34,18 @@ def restricted_defect(
     bracket: a negative control. forced: True if the change should be −dθ_f, with the scene's force
     (`forced_form`).
     """
-    numbers, (n, m) = geometry.numbers, (geometry.n, geometry.m)
-    w, (_, slope, rows_z, grown, by_w, by_z) = geometry.solved(x, mu, start)
-    along = -numbers.solve(slope, rows_z)
-    after = numbers.identity(n + m) + by_z + by_w @ along
-    f = _parts(geometry.equations.s, numbers)
-    xi = geometry.velocities(x[None], mu[None], w[None, :m])[0]
-    A, turning, mass, moved, rho, *_ = f(x, xi, geometry.q)
-    *_, L, R = f(x, w[:m], geometry.q)
-    zero, one = numbers.zeros, numbers.identity(m)
-    lift = np.block([[rho, zero(n, m)], [zero(m, m), one]])
-    displaced = geometry.q[0] * (along[:m] @ lift) + np.hstack([R, zero(m, m)])
-    P = np.vstack([numbers.solve(L, displaced), (after @ lift)[n:]])
+    numbers, m = geometry.numbers, geometry.m
+    u = geometry.unknowns(x, mu, start)[:m]
+    xi = geometry.velocities(x[None], mu[None], u[None])[0]
+    A, turning, mass, moved, rho = _parts(geometry.equations.s, numbers)(x, xi, geometry.q)
     # A b = 0, and d(A ξ − a) = 0 with M dξ = δμ − ∂p/∂x δx
-    of_xi = numbers.solve(mass, np.hstack([-moved, one])) @ lift
-    held = np.vstack([np.hstack([A, zero(len(A), m)]), turning @ lift[:n] + A @ of_xi])
+    of_xi = numbers.solve(mass, np.hstack([-moved @ rho, numbers.identity(m)]))
+    still = numbers.zeros(len(A), m)
+    held = np.vstack([np.hstack([A, still]), np.hstack([turning @ rho, still]) + A @ of_xi])
     N = _null_space(numbers, held)
-
-    before = canonical_form(geometry, x, mu, sign).value
-    later = canonical_form(geometry, x + grown[:n], mu + grown[n:], sign).value
-    gap = P.T @ later @ P - before
-    terms = abs(P).T @ abs(later) @ abs(P) + abs(before)
-    if forced:
-        free = LocalGeometry(geometry.equations.free, numbers, geometry.q)
-        here = free.at(x, w[:m])
-        arrow = np.vstack([-np.hstack([one, zero(m, m)]), P[:m]]) / geometry.q[0]
-        work = work_differential(free, x, w[:m], here).value
-        gap = gap + arrow.T @ work @ arrow
-        terms = terms + abs(arrow).T @ abs(work) @ abs(arrow)
-    found, scale = N.T @ gap @ N, abs(N).T @ terms @ abs(N)
-    return in_round_offs(found.ravel(), scale.ravel())
+    gap, terms = form_change(geometry, x, mu, start, sign, forced).gap()
+    scale = abs(N).T @ terms @ abs(N)
+    return in_round_offs((N.T @ gap.value @ N).ravel(), scale.ravel())
 
 
 def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
@@ -95,9 +72,8 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
 
 @lru_cache(maxsize=64)
 def _parts(s: SceneSymbols, numbers: Arithmetic) -> Function:
-    """Return a function of (x, u): A, ∂(Aξ − a)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R."""
+    """Return a function of (x, ξ): A, ∂(Aξ − a)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x and ρ̂."""
     A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
     turning = jacobian(A * s.u - constraint_shift(s, s.x), s.x)
-    parts = [A, turning, mass_matrix(s), jacobian(momentum(s), s.x),
-             g.rho(s.x, h) / h, g.L(s.x, s.u, h), g.R(s.x, s.u, h)]  # fmt: skip
+    parts = [A, turning, mass_matrix(s), jacobian(momentum(s), s.x), g.rho(s.x, h) / h]
     return numeric({"x": s.x, "u": s.u, "q": s.q}, parts, numbers)

@@ -18,8 +18,7 @@ from ..numbers import Arithmetic, arithmetic, listed
 from ..numbers.types import GivenVector, Number, Numbers, Vector
 from ..runs import Trajectory
 from ..scene import Scene
-from .local_geometry import LocalGeometry, Maps, StagesNotFound
-from .one_step_geometry import OneStepGeometry
+from .step_map import Maps, StagesNotFound, StepMap
 from .transitions import Arrow
 
 DOUBLE = np.dtype(np.float64)
@@ -92,10 +91,9 @@ class StepContext:
         return GroupChart(self.scene.groupoid, self.numbers)
 
     @cached_property
-    def geometry(self) -> Any:
+    def geometry(self) -> StepMap:
         """The maps and their derivatives as numbers at this step."""
-        kind = OneStepGeometry if self.equations.arrows is None else LocalGeometry
-        return kind(self.equations, self.numbers, self.q)
+        return StepMap(self.equations, self.numbers, self.q)
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """Return Newton's start for a step from (x, μ): the velocity nearby, or the map's own
@@ -103,20 +101,19 @@ class StepContext:
         if self.equations.arrows is not None:
             return near
         try:
-            found: Vector = self.geometry.start(x, mu, near)
-            return found
+            return self.geometry.start(x, mu, near)
         except (ArithmeticError, ValueError):  # the logarithm of what is negative
             raise self.failure(
                 "the vector field has no value at the start", {"x": x, "mu": mu}
             ) from None
 
-    def geometry_in(self, translate: int) -> LocalGeometry:
+    def geometry_in(self, translate: int) -> StepMap:
         """Return the geometry in the chart of a translate B, by its number in the cover; 0 is e."""
         if translate == 0:
             return self.geometry
         letters = [e for matrix in self.chart.translates[translate] for e in matrix.ravel()]
         q = [*self.q[: len(self.q) - len(letters)], *letters]
-        return LocalGeometry(self.equations, self.numbers, q)
+        return StepMap(self.equations, self.numbers, q)
 
     def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray | None:
         """Return u with g = τ(hu) B, or None at the chart's edge and for g outside the group.
@@ -132,7 +129,7 @@ class StepContext:
         return xi / self.h if right else None
 
     def maps_at(self, x: Numbers, u: Numbers) -> Maps:
-        """Return the maps and derivatives at (x, u) (`LocalGeometry.at`).
+        """Return the maps and derivatives at (x, u) (`StepMap.at`).
 
         Raises `StepFailure` if stages are not found, or a map has no value.
         """

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..numbers.types import Matrix, Number, Vector
 from .defects import poisson_defect, pullback_defect
-from .local_geometry import LocalGeometry, Maps
+from .step_map import Maps, StepMap
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Arrow:
     x: Vector
     u: Vector
     mu: Vector
-    geometry: LocalGeometry
+    geometry: StepMap
     at: Maps
 
 

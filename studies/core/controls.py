@@ -55,7 +55,7 @@ def damped_defect(flow: Flow, x: Any, u: Any) -> float:
         kept = 1 - numbers.number(DAMPING)
         x, u = exactly.vectors(x, u)
         here = geometry.tracked(x, u)
-        here |= {part: kept * here[part] for part in ("plus", "plus_x", "plus_u")}
+        here |= {part: kept * here[part] for part in ("plus", "of_plus")}
         y, mu = here["target"].value, here["plus"].value / exactly.h
         there = geometry.tracked(y, arrow_from(exactly, y, mu, exactly.vector(v, len(u))))
         tangent = geometry.tangent(here, there)

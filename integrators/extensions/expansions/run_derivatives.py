@@ -121,10 +121,9 @@ class RunDifferentiated:
                          self.numbers)  # fmt: skip
             x, mu = ([e[0] for e in part] for part in (self.z[: self.n], self.z[self.n :]))
             parameters = list(self.flow.parts[0].q[1 : 1 + self.count])
-            step = StepSeries(self.flow.parts[0], self.numbers)
             near = [self.numbers.number(e) for e in self.flow.scheme.scene.v0]
-            at, with_mu = ([np.array([e], self.numbers.dtype) for e in part] for part in (x, mu))
-            velocity = [e[0] for e in step.velocity(at, with_mu, parameters, near)]
+            at = (np.array([e], self.numbers.dtype) for e in (x, mu, near))
+            velocity = list(self.flow.parts[0].geometry.velocities(*at)[0])
             values = of(x, velocity, parameters)
             values = list(values) if isinstance(values, tuple) else [values]
             mass = values.pop()

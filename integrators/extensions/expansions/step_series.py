@@ -63,7 +63,7 @@ class StepSeries:
                 "steps are no series."
             )
         self.rows = _function(self.equations, "step", numbers)
-        self.slope = _function(self.equations, "step slope", numbers)
+        self.slope = _function(self.equations, "rows", numbers)
         self.n = len(self.equations.x)
 
     def __call__(
@@ -163,7 +163,7 @@ class StepSeries:
 
     def _inverse(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars) -> np.ndarray:
         """Return (∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
-        slope = np.asarray(self.slope(x, mu, w, q))
+        slope = self.slope(x, mu, w, q)[1]
         entries = [[_constant(e) for e in row] for row in slope]
         try:
             return _inverted(entries, self.numbers)

@@ -1,6 +1,6 @@
 """The derivative of a lattice's step on the dual algebroid, applied without forming its matrix.
 
-E(x, w) = (hμ, 0) is solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w)/h; so the derivative M is
+E(x, w) = (μ, 0) is solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w); so the derivative M is
 the Schur complement of the derivatives of E, d and g, which are sparse sums over sites and bonds. M
 is a Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β; random pairs test this.
 
@@ -12,15 +12,24 @@ Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...equations import DiscreteEquations, natural_structure
 from ...errors import CannotMeasure
-from ...numbers import Double, LazyModule, Matrix, Number, Vector, numeric, sympy
-from ...numbers.types import Function, MatrixLike, Rows
+from ...geometry import map_text
+from ...numbers import (
+    Double,
+    LazyModule,
+    Matrix,
+    Number,
+    Vector,
+    numeric,
+    numeric_function,
+    sympy,
+)
+from ...numbers.types import MatrixLike, Rows
 from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeFlow, LatticeRun
 
@@ -60,12 +69,12 @@ class DualStep:
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Apply M to (δx, δμ): return (δx′, δμ′, δw), shaped (N, n), (N, m) and (N, S)."""
         N, n, m, S = self._shape
-        p, h = self._parts, self._h
+        p = self._parts
         dx, dmu = variation[0].ravel(), variation[1].ravel()
         right = np.zeros((N, S))
-        right[:, :m] = h * variation[1]
+        right[:, :m] = variation[1]
         dw = self._factors.solve(right.ravel() - p["Ex"] @ dx)
-        ends = dx + p["dx"] @ dx + p["dw"] @ dw, dmu + (p["gx"] @ dx + p["gw"] @ dw) / h
+        ends = dx + p["dx"] @ dx + p["dw"] @ dw, dmu + p["gx"] @ dx + p["gw"] @ dw
         return ends[0].reshape(N, n), ends[1].reshape(N, m), dw.reshape(N, S)
 
     def fluxes(self, one: Covector, other: Covector) -> np.ndarray:
@@ -97,16 +106,16 @@ class DualStep:
             (a * other_b - other_a * b).sum(axis=2)
             for (a, b), (other_a, other_b) in zip(*sides, strict=True)
         ]
-        return np.asarray(sum(terms) / self._h)
+        return np.asarray(sum(terms))
 
     def transposed(self, alpha: Covector) -> Covector:
         """Return Mᵀα."""
         N, n, m, S = self._shape
-        p, h = self._parts, self._h
+        p = self._parts
         a, b = (part.ravel() for part in alpha)
-        through = self._factors.solve(p["dw"].T @ a + p["gw"].T @ b / h, trans="T")
-        of_x = a + p["dx"].T @ a + p["gx"].T @ b / h - p["Ex"].T @ through
-        of_mu = b + h * through.reshape(N, S)[:, :m].ravel()
+        through = self._factors.solve(p["dw"].T @ a + p["gw"].T @ b, trans="T")
+        of_x = a + p["dx"].T @ a + p["gx"].T @ b - p["Ex"].T @ through
+        of_mu = b + through.reshape(N, S)[:, :m].ravel()
         keep = self.free[:, None]
         return of_x.reshape(N, n) * keep, of_mu.reshape(N, m) * keep
 
@@ -211,30 +220,11 @@ def _derivatives(
     equations: DiscreteEquations, x: list[Vector], w: Matrix, p: list[Number], h: float
 ) -> dict[str, np.ndarray]:
     """Return {"Ex": (rows, columns, r), …} of one term at r places; E is in the order of its w."""
-    names, digits, f = _derived(equations)
-    found = of_all(f, len(w), x, list(w.T), [h, *p, *digits])
-    return dict(zip(names, found, strict=True))
-
-
-@lru_cache(maxsize=32)
-def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Function]:
-    """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
-    maps, s = equations.discrete, equations.s
-    columns = {"x": [s.position], "w": [c for c in (s.u, s.stages) if len(c)]}
-    rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
-            "d": [maps.increment[: s.n, :]]}  # fmt: skip
-    made = {}
-    for a, parts in rows.items():
-        for b, by in columns.items():
-            made[a + b] = sympy.Matrix.vstack(*[
-                sympy.Matrix.hstack(*[maps.total(part, c) for c in by]) for part in parts
-            ])  # fmt: skip
+    s, (n, m) = equations.s, (equations.s.n, len(equations.u))
     digits = [float(of(20)) for of in s.constants.values()]
-    time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
-    given = {"x": s.position, "w": equations.w,
-             "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
-    return (
-        [*made],
-        digits,
-        numeric(given, list(made.values()), NUMBERS, columns=True, graph=maps.of.graph),
-    )
+    time = p[len(s.parameter_list) :]  # behind the parameters, as in `LatticeScheme.terms_at`
+    q = [h, *p[: len(s.parameter_list)], *digits]
+    f = numeric_function(map_text(equations, "one_step"), NUMBERS, columns=True)
+    _, Ew, Ez, _, by_w, by_z = of_all(f, len(w), [*x, *time], [0.0] * m, list(w.T), q)
+    return {"Ex": Ez[:, :n], "Ew": Ew, "gx": by_z[len(s.x) :, :n], "gw": by_w[len(s.x) :],
+            "dx": by_z[:n, :n], "dw": by_w[:n]}  # fmt: skip

@@ -53,7 +53,7 @@ class RestrictedStep:
         self.L, self.R = of_all(of_arrow, self.N, list(x.T), list(u.T), self.h)
         p, left = self._along, start.A.T
         moved = self.end.slope @ p["dw"]
-        self._solve = start.with_rows(p["Ew"], -self.h * left, moved)
+        self._solve = start.with_rows(p["Ew"], -left, moved)
 
     def tangent(self, random: np.random.Generator) -> Covector:
         """Return a random vector (b, δμ) that the constraints admit, (N, m) each."""
@@ -66,15 +66,15 @@ class RestrictedStep:
     def applied(self, vector: Covector) -> Covector:
         """Return the vector (b′, δμ′) at the end of the step."""
         b, dmu = vector[0].ravel(), vector[1].ravel()
-        p, h, start, end = self._along, self.h, self.start, self.end
+        p, start, end = self._along, self.start, self.end
         dx = start.rho @ b
-        missing = h * dmu - p["Ex"] @ dx + h * self._turned @ dx
+        missing = dmu - p["Ex"] @ dx + self._turned @ dx
         found = self._solve(missing, -end.slope @ (dx + p["dx"] @ dx))
         du, dlambda = found[: b.size], found[b.size :]
         after = dx + p["dx"] @ dx + p["dw"] @ du
-        pushed = dmu + (p["gx"] @ dx + p["gw"] @ du) / h + start.A.T @ dlambda + self._turned @ dx
+        pushed = dmu + p["gx"] @ dx + p["gw"] @ du + start.A.T @ dlambda + self._turned @ dx
         pushed = pushed + end.turned(end.impulses) @ after - end.moved @ after
-        arrow = h * du.reshape(-1, self.m) + np.einsum("abi,ib->ia", self.R, vector[0])
+        arrow = self.h * du.reshape(-1, self.m) + np.einsum("abi,ib->ia", self.R, vector[0])
         target = np.linalg.solve(np.moveaxis(self.L, 2, 0), arrow[:, :, None])[:, :, 0]
         return target * self.free, end.momentum_change(after, pushed)
 

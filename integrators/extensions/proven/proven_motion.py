@@ -21,7 +21,7 @@ import numpy as np
 
 from ...errors import BadInput, StepFailure
 from ...flows import Start
-from ...geometry import OneStepGeometry, StepContext, map_text
+from ...geometry import StepContext, StepMap, map_text
 from ...numbers import Arithmetic, LazyModule, Tracked, from_balls, rounded, solve, tracked
 from ...numbers.types import Ball, Numbers, Vector
 from ...runs import Trajectory
@@ -87,7 +87,7 @@ class States:
         return States(c, basis, part + rest, self.numbers)
 
 
-class StepInBalls(OneStepGeometry):
+class StepInBalls(StepMap):
     """A step's rows, their slope and its increment on balls."""
 
     def __init__(self, part: StepContext) -> None:
@@ -104,9 +104,7 @@ class StepInBalls(OneStepGeometry):
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """Return Newton's start from the velocity of the step before."""
-        if self.equations.arrows is None:
-            return super().start(x, mu, near) if len(near) == self.m else near
-        return np.concatenate([near, self.part.geometry.stages(x, near)])
+        return super().start(x, mu, near) if len(near) == self.m else near
 
     def solutions(self, z: Tracked, c: Vector, near: Vector) -> tuple[Tracked, Tracked, float]:
         """Return w in balls for the states z, and for their middle c, and the size of W.
@@ -114,7 +112,8 @@ class StepInBalls(OneStepGeometry):
         Raises `NotProven` where that is not shown, and as Newton's method does.
         """
         n = self.n
-        w, (_, slope, *_) = self.solved(c[:n], c[n:], self.start(c[:n], c[n:], near))
+        w = self.unknowns(c[:n], c[n:], self.start(c[:n], c[n:], near))
+        slope = self._value("rows", c[:n], c[n:], w, self.q)[1]
         at, rows = tracked(w), self._at(z, tracked(w))[0]
         error = solve(self.numbers, tracked(slope), rows).balls
         units = self._widths(w, flint.arb(2) ** -self.numbers.bits)

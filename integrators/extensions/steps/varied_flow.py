@@ -14,7 +14,7 @@ from ...equations import SceneSymbols, energy, legendre_inverse
 from ...equations.legendre_inverse import LegendreInverse
 from ...errors import SMALLER, BadInput, StepFailure, arguments_checked
 from ...flows import FreeMotion, SceneRuns, Start
-from ...geometry import LocalGeometry, OneStepGeometry, StepContext
+from ...geometry import StepContext
 from ...numbers import (
     Arithmetic,
     Double,
@@ -31,26 +31,11 @@ from ...runs import NotOneMap, Trajectory
 from ...scene import Scene, remembered
 
 
-class _Geometry(OneStepGeometry):
-    """The geometry of a map, for states that also hold the time and the density."""
-
-    def velocities(self, x: Matrix, mu: Matrix, near: Matrix) -> Matrix:
-        return super().velocities(x[:, : len(self.equations.x)], mu, near)
-
-    def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        return super().start(x[: len(self.equations.x)], mu, near)
-
-
 @dataclass(frozen=True, eq=False)
 class _Context(StepContext):
     """The context of a step that varies: its failures give the physical time."""
 
     varied: Any = None
-
-    @cached_property
-    def geometry(self) -> LocalGeometry | OneStepGeometry:
-        kind = _Geometry if self.equations.arrows is None else LocalGeometry
-        return kind(self.equations, self.numbers, self.q)
 
     def failure(
         self, cause: str, state: dict[str, Numbers], index: int = 0,

@@ -20,7 +20,7 @@ class FaultyScheme(Scheme):
     """A scheme whose flows run Newton's kernels alone, for it is there that faults are.
 
     equations: those to run, if not the scheme's. edit: a change of the kernels' text; form: the
-    name of a tensor of `LocalGeometry`, and its change.
+    name of a tensor of `StepMap`, and its change.
     """
 
     def __init__(

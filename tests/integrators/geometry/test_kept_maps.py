@@ -13,7 +13,7 @@ def step_of(rule, digits):
     with context.numbers.working():
         x, u = context.vectors(context.scene.x0, context.scene.v0)
         mu = context.geometry.at(x, u)["minus"] / context.h
-    context.geometry._latest.clear()
+    context.geometry._kept.clear()
     return context, x, mu, u
 
 
@@ -25,7 +25,7 @@ def test_what_was_asked_first_outside_the_arithmetic_has_all_digits(rule):
     with context.numbers.working():
         again = context.geometry.at(x, u)
         assert all(np.all(again[name] == maps[name]) for name in maps)
-        context.geometry._latest.clear()
+        context.geometry._kept.clear()
         fresh = context.geometry.at(x, u)
         assert all(np.all(abs(fresh[name] - maps[name]) <= 1e-58) for name in maps)
         assert max(abs(arrow - u)) < 1e-58
