@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
-from ..numbers import Graph, Letters, Node, sympy
+from ..numbers import Graph, Letters, Node
 from ..numbers.nodes import HELD
 from ..numbers.types import Entries, Expression, Letter, Mpf
 
@@ -73,14 +73,6 @@ class Step:
     def nodes(self) -> StepNodes:
         """The step in nodes of its graph."""
         return StepNodes(self)
-
-    @cached_property
-    def shown(self) -> Step:
-        """The step with columns and a matrix of sympy in place of nodes."""
-        nodes, graph, m = self.nodes, self.nodes.graph, len(self.w)
-        rows, increment, gain = map(graph.shown_column, (nodes.rows, nodes.increment, nodes.gain))
-        slope = sympy.Matrix(m, m, [graph.shown(e) for row in nodes.slope for e in row])
-        return replace(self, rows=rows, slope=slope, increment=increment, gain=gain)
 
     def at(self, swap: Mapping[Letter, Expression | Node]) -> Step:
         """Return the step with expressions in place of letters in all that a step computes."""

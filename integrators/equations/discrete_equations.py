@@ -9,8 +9,8 @@ from typing import Any
 from ..compiler import Step, kinds_of
 from ..errors import BadInput, line_of
 from ..groupoids import chart_extents
-from ..numbers import Scope, symbols_of, sympy, uncollected
-from ..numbers.types import Column, Expression, Letters, SymbolicMatrix
+from ..numbers import Node, Scope, symbols_of, uncollected
+from ..numbers.types import Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
 from ..scene import Scene
 from .arrows import Arrows
@@ -18,7 +18,7 @@ from .checks import check_known, check_regular
 from .discrete_lagrangian import DiscreteLagrangian
 from .rule_view import name_constants
 from .step_equations import StepEquations
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, vector
 
 
 class DiscreteEquations(StepEquations):
@@ -76,20 +76,15 @@ class DiscreteEquations(StepEquations):
         return self.discrete.rho, self.discrete.L, self.discrete.R
 
     @property
-    def rows(self) -> Column:
+    def rows(self) -> list[Node]:
         """E/h − (μ, 0), which vanishes at w."""
-        momenta = [*self.s.mu, *[sympy.Integer(0)] * len(self.s.stages)]
-        return column(e - mu for e, mu in zip(self.step.shown.rows, momenta, strict=True))
+        nodes = self.step.nodes
+        return self.graph.minus(nodes.rows, nodes.wanted)
 
     @property
-    def slope(self) -> SymbolicMatrix:
-        """∂(E/h)/∂w, square; along e→ if L_d is given on the group."""
-        return self.step.shown.slope
-
-    @property
-    def increment(self) -> Column:
-        """(y − x, (F⁺ − F⁻)/h), (n+m)×1."""
-        return self.step.shown.increment.col_join(self.step.shown.gain)
+    def increment(self) -> list[Node]:
+        """(y − x, (F⁺ − F⁻)/h), n+m."""
+        return [*self.step.nodes.increment, *self.step.nodes.gain]
 
     @cached_property
     @uncollected()

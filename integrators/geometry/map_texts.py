@@ -20,11 +20,9 @@ def _values(e: StepEquations) -> list[Any]:
     """Return E and Z: of arrows by the Legendre maps, else the rows and the state with its
     growth."""
     g, at = e.graph, e.arrows
-    z = g.letters(e.z)
-    if at is None:
-        return [list(e.rows), g.plus(z, [*map(g.node, e.increment)])]
-    momenta = [*z[len(e.x) :], *[g.number(0)] * len(e.s.stages)]
-    return [g.minus(at.rows, momenta), [*at.target, *at.plus_of_rows]]
+    if at is not None:
+        return [list(e.rows), [*at.target, *at.plus_of_rows]]
+    return [list(e.rows), g.plus(g.letters(e.z), [*map(g.node, e.increment)])]
 
 
 def _with_slopes(e: StepEquations, rows: list[Any], after: Entries) -> list[Result]:
