@@ -6,7 +6,7 @@ The steps are those of `geometry.StepMap`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import partial, reduce
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -26,7 +26,7 @@ from ..geometry import (
     pullback_defect,
     restricted_defect,
 )
-from ..numbers import Number, Numbers, Vector
+from ..numbers import Number, Numbers, Vector, tracked
 from ..numbers.types import Array
 
 State: TypeAlias = tuple[Numbers, Numbers]  # (x, μ)
@@ -65,9 +65,17 @@ def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Ve
         return _from(context, StepMap.unknowns, x, mu, guess)[: len(mu)].copy()
 
 
-def _next(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
-    """Return Newton's guess for the substep after that from (x, μ): its u, if it has arrows."""
-    return guess if context.equations.arrows is None else arrow_from(context, x, mu, guess)
+def _substeps(
+    context: StepContext, ask: Callable[..., Result], x: Vector, mu: Vector, guess: Vector
+) -> Iterator[tuple[Result, Step]]:
+    """Yield what a method of `StepMap` gives for each substep from (x, μ), and the substep."""
+    for part in context.parts:
+        asked = _from(part, ask, x, mu, guess)
+        step: Any = asked if ask is StepMap.step else _from(part, StepMap.step, x, mu, guess)
+        yield asked, step
+        if part.equations.arrows is not None:
+            guess = arrow_from(part, x, mu, guess)
+        x, mu, _ = step
 
 
 def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Vector]:
@@ -89,23 +97,9 @@ def step_along(context: StepContext, here: Maps) -> Step:
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """Return the step on the dual from (x, μ), by substeps, with its `Tracked` derivative."""
     total: Array = context.numbers.identity(len(x) + len(mu))
-    for part in context.parts:
-        near = _next(part, x, mu, guess)
-        x, mu, derivative = _from(part, StepMap.step, x, mu, guess)
-        total, guess = derivative @ total, near
-    return x, mu, total
-
-
-def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> FormChange:
-    """Return the change of the form on the dual in the step from (x, μ), substep by substep."""
-    total: FormChange | None = None
-    for part in context.parts:
-        change, near = _from(part, form_change, x, mu, guess), _next(part, x, mu, guess)
-        total = change if total is None else total.then(change)
-        x, mu, _ = _from(part, StepMap.step, x, mu, guess)
-        guess = near
-    assert total is not None
-    return total
+    for _, step in _substeps(context, StepMap.step, x, mu, guess):
+        total = step[2] @ total
+    return step[0], step[1], total
 
 
 def round_off_from(
@@ -119,12 +113,10 @@ def round_off_from(
     """
     still = 0 * abs(np.concatenate([x, mu]))
     handed: Array = context.numbers.identity(len(still)) * (still if errors is None else errors)
-    for part in context.parts:
-        own, near = _from(part, StepMap.step_round_off, x, mu, guess), _next(part, x, mu, guess)
-        x, mu, derivative = _from(part, StepMap.step, x, mu, guess)
-        handed = np.hstack([derivative.value @ handed, context.numbers.identity(len(own)) * own])
-        guess = near
-    return x, mu, abs(handed).sum(axis=1)
+    for own, step in _substeps(context, StepMap.step_round_off, x, mu, guess):
+        moved = tracked(step[2]).value @ handed
+        handed = np.hstack([moved, context.numbers.identity(len(own)) * own])
+    return step[0], step[1], abs(handed).sum(axis=1)
 
 
 def growth_errors(
@@ -142,7 +134,8 @@ def growth_errors(
             guess = context.vector(near, len(momentum))
             w = _from(part, StepMap.unknowns, at, momentum, guess)
             grown = part.geometry.growth(at, momentum, w)
-            near = _next(part, at, momentum, guess)
+            if part.equations.arrows is not None:
+                near = w[: len(momentum)]
         with exactly.numbers.working():
             at, momentum = exactly.vectors(at, momentum)
             if part.equations.arrows is None:  # its unknowns are rounded, too
@@ -239,7 +232,8 @@ def form_change_defects(
         context.check_one_arrow()
     with context.numbers.working():
         at, momentum = context.vectors(x, mu)
-        change = _change_from(context, at, momentum, _start(context, u0))
+        begin = at, momentum, _start(context, u0)
+        change = reduce(FormChange.then, (e for e, _ in _substeps(context, form_change, *begin)))
         grown, off = change.volume(context.numbers)
         found = change.defect(context.numbers.eps**0.5), off, grown
     defect, off, grown = (_public_number(flow.context, e) for e in found)
