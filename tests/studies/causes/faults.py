@@ -72,7 +72,7 @@ def damped(flow):
 def _damped(sound, numbers):
     def at(x, u):
         kept = 1 - numbers.number("1e-6")
-        return {k: v * kept if k.startswith("plus") else v for k, v in sound(x, u).items()}
+        return {k: v * kept if k.endswith("plus") else v for k, v in sound(x, u).items()}
 
     return at
 
@@ -88,9 +88,18 @@ def impatient(flow):
 
 
 def crooked(flow):
-    """F⁺ of every substep is a little too small."""
+    """F⁺ of every substep is a little too small, on a group, where a state is μ alone."""
     for part in {*flow.parts, *flow.context.exactly.parts}:
-        part.geometry.tracked = _damped(part.geometry.tracked, part.numbers)
+        part.geometry.parts = _bent(part.geometry.parts, part.numbers)
+
+
+def _bent(sound, numbers):
+    def parts(*state):
+        *rows, after, of_w, of_z = sound(*state)
+        kept = 1 - numbers.number("1e-6")
+        return [*rows, *(e * kept for e in (after, of_w, of_z))]
+
+    return parts
 
 
 def cause(case):
