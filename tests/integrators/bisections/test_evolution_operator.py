@@ -139,7 +139,7 @@ def test_a_trajectory_through_bisections_that_are_chosen_or_given():
     assert own.pullback_defect(x, u) < 1e-15
     damped = flow.context.geometry.at
     flow.context.geometry.at = lambda x, u: {
-        k: v * (1 - 1e-6) if k.startswith("plus") else v for k, v in damped(x, u).items()
+        k: v * (1 - 1e-6) if k.endswith("plus") else v for k, v in damped(x, u).items()
     }
     assert own.pullback_defect(x, u) > 1e-9  # a control: F⁺ is a little too small
 
