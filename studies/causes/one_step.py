@@ -95,8 +95,8 @@ def _of_floor(case: Case, floor: Floor) -> dict[str, Any] | None:
 
 
 def _by_design(case: Case) -> Told | None:
-    """Return the cause if a program's steps are those of a known method of a lower order."""
-    known = None if case.rule.is_formula else known_step(case.scheme)
+    """Return the cause if steps are those of a known method of a lower order."""
+    known = known_step(case.scheme)
     if known is None or known[1] >= (case.order or 1):
         return None
     name, order = known
@@ -482,14 +482,9 @@ def _of_second(
             return "stale " + what.removeprefix("the "), (
                 f"{what} of the step's start is used for all of the step: ask for it again."
             )
-    if a is not None and b is not None and abs(a - b) < 1e-2:
-        ends = {-0.5: "start (explicit Euler)", 0.5: "end (implicit Euler)"}
-        for share, end in ends.items():
-            if abs(a - share) < 1e-2:
-                return "first order", f"it is a step along the field at its {end}."
-        if abs(a) > 1e-3:
-            said = _of_square("x and mu", a).removesuffix(".")
-            return "order conditions", f"{said}: look at the shares of its stages, which make it."
+    if a is not None and b is not None and abs(a - b) < 1e-2 and abs(a) > 1e-3:
+        said = _of_square("x and mu", a).removesuffix(".")
+        return "order conditions", f"{said}: look at the shares of its stages, which make it."
     for own, other, what in ((a, b, "x"), (b, a, "mu")):
         if own is None or abs(own) < 1e-2 or not (other is None or abs(other) < 1e-2):
             continue

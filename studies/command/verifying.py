@@ -138,7 +138,7 @@ def _show(result: StudyResult, seconds: float) -> None:
     if result.comparison is not None:
         screen.print(verdicts.side_by_side(result))
     advised = advising.recommended(result.advice or ())
-    said = (*verdicts.adjoints(result), *verdicts.proofs(result), *result.notes)
+    said = (*verdicts.of_schemes(result), *verdicts.proofs(result), *result.notes)
     for paragraph in (*advised, *said, *verdicts.troubles(result)):
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")

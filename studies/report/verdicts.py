@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 MARKS = {"pass": "✓", "measured": "○", "fail": "✗", "inconclusive": "?"}
+ADJOINT = {True: "self-adjoint (a step back undoes a step)", False: "not self-adjoint"}
+KNOWN = "its steps are those of {} (order {} by design)"
 Cell = list[tuple[str, str, int]]
 #: quantities that `compare` shows side by side: heading and format
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
@@ -77,7 +79,7 @@ def overview(result: StudyResult) -> dict[str, Any]:
         for names, cells in rows
     ]  # fmt: skip
     about = "What each study says, with the number of digits in brackets. "
-    about += " ".join((*adjoints(result), *proofs(result)))
+    about += " ".join((*of_schemes(result), *proofs(result)))
     return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
 
 
@@ -105,20 +107,20 @@ def _cell(cases: Sequence[AnyResult]) -> Cell:
     return shown
 
 
-def adjoints(result: StudyResult) -> list[str]:
-    """Return for each rule where it is self-adjoint and where it is not."""
-    found: dict[str, dict[bool, list[str]]] = {}
-    known = [s for s in result.schemes or () if s["self_adjoint"] is not None]
-    for scheme in known:
-        places = found.setdefault(_method(scheme), {True: [], False: []})
-        places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
-    lines = []
-    for name, places in found.items():
-        kinds = ((True, "self-adjoint (a step back undoes a step)"), (False, "not self-adjoint"))
-        said = [f"{words} on {', '.join(dict.fromkeys(places[is_so]))}"
-                for is_so, words in kinds if places[is_so]]  # fmt: skip
-        lines.append(f"{name}: {'; '.join(said)}.")
-    return lines
+def of_schemes(result: StudyResult) -> list[str]:
+    """Return for each rule where it is self-adjoint and where not, or what known method it is."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for scheme in result.schemes or ():
+        adjoint, known = ADJOINT.get(scheme["self_adjoint"]), scheme.get("known")
+        for words in filter(None, (adjoint, known and KNOWN.format(*known))):
+            places = found.setdefault(_method(scheme), {}).setdefault(words, [])
+            places.append(str(scheme["scene"]))
+    return [
+        f"{name}: "
+        + "; ".join(f"{words} on {', '.join(dict.fromkeys(on))}" for words, on in places.items())
+        + "."
+        for name, places in found.items()
+    ]
 
 
 def proofs(result: StudyResult) -> list[str]:

@@ -16,6 +16,7 @@ from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 from discmech.integrators.errors import nearest, shown
 
 from .. import NAMES, get
+from ..causes.known_steps import known_step
 from ..core import lookup
 from ..core.apart import apart
 from ..core.case import Choice, Progress, silent, worst
@@ -283,9 +284,10 @@ def _left_out(
 
 
 def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
-    """Return {"scene", "rule", "retraction", "self_adjoint"}, or None for a scene with contact.
+    """Return {"scene", "rule", "retraction", "self_adjoint", "known"}; None for contact's scenes.
 
-    self_adjoint is None if stages are not found, and of a program: a claim is no answer.
+    self_adjoint is None if stages are not found, and of a program: a claim is no answer. known:
+    (name, order) of the method whose steps are those of a program, or None.
     """
     from discmech.integrators.geometry import StagesNotFound
 
@@ -300,6 +302,7 @@ def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
         "rule": scheme.rule.name,
         "retraction": scheme.scene.groupoid.retraction,
         "self_adjoint": self_adjoint,
+        "known": None if scheme.rule.is_formula else known_step(scheme),
     }
 
 

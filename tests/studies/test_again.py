@@ -20,7 +20,7 @@ from discmech.studies.core.outcome import without_figures
 from discmech.studies.core.result import StudyResult
 from discmech.studies.core.shrinking import smallest
 from discmech.studies.core.study import every_study
-from discmech.studies.report.verdicts import adjoints, troubles
+from discmech.studies.report.verdicts import of_schemes, troubles
 from discmech.studies.user.checking import _command
 from discmech.studies.user.verify import about_scheme
 from tests.studies.as_json import read
@@ -90,7 +90,9 @@ def test_a_claim_is_never_printed_as_an_answer(claim):
         return q + h * dq, p + h * dp
 
     about = about_scheme(euler.discretise(scenes.get("pendulum")))
-    assert about["self_adjoint"] is None and adjoints(StudyResult(schemes=[about])) == []
+    assert about["self_adjoint"] is None
+    said = "its steps are those of the explicit Euler method (order 1 by design) on pendulum."
+    assert of_schemes(StudyResult(schemes=[about])) == [f"euler: {said}"]
 
 
 # -- objects that a word finds --------------------------------------------------------------------
