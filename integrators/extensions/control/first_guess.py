@@ -76,6 +76,8 @@ def _check_orbit(stages: ControlStages, x0: Sequence[Given], x1: Sequence[Given]
     s = SceneSymbols(scene)
     anchor = s.groupoid.rho(s.x, s.h)[: s.n, :]
     for quantity in scene.symmetries:
+        if quantity.attitude:  # it is asked of the turned body, which is no part of x here
+            continue
         formula = s.call(quantity.formula, quantity.name, s.position, s.mu, s.parameters)
         rates = jacobian([formula], s.position) * anchor
         if formula.free_symbols & set(s.mu) or first_violation(rates) is not None:
@@ -130,4 +132,6 @@ def _points(
         along = v0 + (u - v0) * share
     elif cubic:
         along = v0 + (3 * u - 2 * v0 - v1) * share + (v0 + v1 - 2 * u) * share**2
-    return np.array([f(x0, w, time)[0] for w, time in zip(along, t, strict=True)]).reshape(-1, n)
+    return np.array([f(x0, w, time)[0] for w, time in zip(along, t, strict=True)]).reshape(
+        len(t), n
+    )
