@@ -134,7 +134,7 @@ def laws_of(
     for name in laws:
         told = found.setdefault(name, {})
         for e in classes:
-            law = _law(name, e)
+            law = law_on(name, e)
             if law is None:
                 continue
             if e.name in no_step:
@@ -157,7 +157,7 @@ def laws_of(
     return found
 
 
-def _law(name: str, e: SceneClass) -> Law | None:
+def law_on(name: str, e: SceneClass) -> Law | None:
     """Return the law of that name on a class, or None if it is none there."""
     if name == "momentum":
         return momentum(e) if e.keeps else None

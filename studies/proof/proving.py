@@ -23,7 +23,7 @@ from ..core import lookup
 from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
 from .conditions import conditions_of, of_law
 from .constants import decimals_in, numbers_for
-from .laws import BY_TREES, LAWS, Law, laws_of
+from .laws import BY_TREES, LAWS, Law, law_on, laws_of
 from .leading import leading_error, no_leading_error
 from .letters import Told, lettered
 from .result import Answer, Result
@@ -88,9 +88,9 @@ def prove(
     asked = lettered(given, told)
     if (stated := order or given.order) is not None and stated > MOST_ORDER:
         raise BadInput(f"{given.name} states order {stated}: at most {MOST_ORDER} is proven.")
-    every = [e for e in classes_of(not given.asks_lagrangian, given.splits)
-             if not kinds or e.kind in kinds]  # fmt: skip
-    every = [e for e in every if not asked.refusal(e.scene(1))]
+    usable = [e for e in classes_of(not given.asks_lagrangian, given.splits)
+              if not asked.refusal(e.scene(1))]  # fmt: skip
+    every = [e for e in usable if not kinds or e.kind in kinds]
     if not every:
         asked_for = ", ".join(kinds or KINDS)
         raise BadInput(f"{given.name} has no meaning on any class of the kinds {asked_for}.")
@@ -147,6 +147,10 @@ def prove(
     kept = laws_of(asked_laws, asked, chosen, min(reached, stated), answered, no_step)
     if any(a.proven is False for a in kept.get("conjugate-symplectic", {}).values()):
         notes.append(BY_TREES)
+    for law in [law for law in asked_laws if not kept[law]]:
+        others = ", ".join(dict.fromkeys(e.kind for e in usable if law_on(law, e)))
+        more = f", but of those of --groupoid {others}" if others else ""
+        notes.append(f"{law} is no law of these classes{more}.")
     claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
     return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
 

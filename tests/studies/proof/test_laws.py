@@ -220,6 +220,12 @@ def test_momenta(rule, kind, power):
     assert reached(rule, "momentum", kind) == power
 
 
+def test_a_law_that_no_class_asked_for_has_is_said_with_those_that_have_it():
+    notes = prove("midpoint", groupoid="time", laws="momentum").notes
+    said = "momentum is no law of these classes, but of those of --groupoid symmetric, lie_group."
+    assert said in notes
+
+
 def test_a_cyclic_momentum_is_kept_by_every_map_of_the_field():
     assert reached("explicit-euler", "momentum", "symmetric", "H(x, μ) without x₁, n = 2") is None
 
