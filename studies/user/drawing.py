@@ -6,6 +6,7 @@ import inspect
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,6 +92,7 @@ def plot(
     chosen = {len(panels) * k // MOST_PANELS for k in range(MOST_PANELS)}
     if len(panels) > MOST_PANELS:
         panels = [panel for k, panel in enumerate(panels) if k in chosen]
+    panels[1:] = [replace(panel, title="") for panel in panels[1:]]  # it is that of all
     return figure_of(panels, _sheet(), look.style)
 
 
@@ -184,7 +186,7 @@ class _Run:
 
     def moves(self, name: str, site: int, k: int) -> bool:
         """True if an entry is not the same in all rows."""
-        values = getattr(self, name)[:, site, k]
+        values = self.column(name, site, k)
         return bool((values != values[0]).any())
 
     def wraps(self, name: str, k: int) -> bool:
@@ -223,7 +225,7 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
         cuts = _cuts(run, across, up, columns)
         x, y = (np.insert(values, cuts, np.nan) for values in columns)
         colour: Any = tones(place) if tones else run.mark.colour if several else None
-        rests = not any(run.moves(*each) for each in (across, up) if each[0] in ("x", "mu"))
+        rests = not (run.moves(*across) or run.moves(*up))
         drawn += axes.plot(x, y, lw=0.7, color=colour, marker="o" if rests else "")
         finite = np.flatnonzero(np.isfinite(columns[0] + columns[1]))
         if len(finite):

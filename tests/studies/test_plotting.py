@@ -65,7 +65,7 @@ def test_a_run_is_a_figure(scene, kind, panels):
 
 def test_the_title_of_one_run_has_the_method_by_its_label():
     assert "by Gauss" in words(plot(run_of("kepler"), labels={"midpoint": "Gauss"}))
-    assert "e = 0.6, by midpoint" in words(plot(run_of("kepler")))
+    assert words(plot(run_of("kepler"))).count("e = 0.6, by midpoint") == 1  # of two panels
 
 
 def test_names_of_several_runs_stand_beside_the_axes():
@@ -106,8 +106,9 @@ def test_a_coordinate_that_stays_has_no_panel():
     run = Scheme(still, midpoint).flow("0.1").trajectory(50)
     assert len(plot(run).axes) == 1
     rest = scenes.get("pendulum").with_values(x0=[0])
-    (line,) = plot(Scheme(rest, midpoint).flow("0.1").trajectory(5)).axes[0].lines
-    assert line.get_marker() == "o"
+    still = Scheme(rest, midpoint).flow("0.1").trajectory(5)
+    marks = [plot(still, kind).axes[0].lines[0].get_marker() for kind in ("phase", "time")]
+    assert marks == ["o", ""]  # against time it would be a band, as a fixed end of a lattice
     (axes,) = plot(run, "time").axes
     assert not empty(axes) and axes.get_xlabel() == "t" and "x₃" in words(axes.figure)
 
