@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from discmech.integrators import Scene
+from discmech.integrators.equations.symbols import SceneSymbols
 from discmech.integrators.errors import BadInput, shown
+from discmech.integrators.numbers import sympy
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -32,7 +35,8 @@ def film(
     returns the points of one row, k×2 or k×3, joined by a line, or a list of such rows, each a body
     of its own: for a double pendulum its joints.
 
-    By default x itself is a point (n = 2, 3); with parameters `masses` it is a point for each of
+    By default x itself is a point (n = 2, 3), unless the kinetic energy depends on it, as on angles
+    and radii: no film shows these as a place. With parameters `masses` it is a point for each of
     them; a body in a field (an action, n = 3) is a line from the origin, and an attitude
     (`with_attitude`, or beside a place) is three axes at the body's place. The sites of a lattice
     stand at their x (n = 2, 3, or the place of a pose), joined along its bonds, or those of a chain
@@ -153,11 +157,18 @@ def _usual(scene: Any, n: int) -> Callable[..., Any]:
         return axes
     masses = scene.parameters.get("masses", ())
     count = len(masses) if isinstance(masses, tuple | list) and masses else 1
-    if groupoid.canonical and n in (2 * count, 3 * count):
+    if groupoid.canonical and n in (2 * count, 3 * count) and not _has_curved_coordinates(scene):
         return lambda x: [point[None] for point in x.reshape(count, -1)]
     if n == 3 and groupoid.kind == "action":
         return lambda x: np.array([np.zeros(3), x])
     raise _no_place(scene, n)
+
+
+def _has_curved_coordinates(scene: Scene) -> bool:
+    """Return True if the kinetic energy depends on x, whose entries may be angles then."""
+    s = SceneSymbols(scene)
+    energy, moving = (s.lagrangian, s.u) if s.hamiltonian is None else (s.hamiltonian, s.mu)
+    return not sympy.hessian(energy, list(moving)).free_symbols.isdisjoint(s.x)
 
 
 def _of_lattice(lattice: Any, n: int) -> Callable[..., Any]:

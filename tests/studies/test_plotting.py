@@ -338,7 +338,7 @@ def test_a_lattice_is_filmed(cradle):
 
 @pytest.mark.parametrize(("name", "bodies", "words"), [
     ("double-pendulum", lambda x: x, "points, each of 2 or 3"),
-    ("rigid-body", None, "need not be a place"),
+    ("rigid-body", None, "need not be a place"), ("double-pendulum", None, "need not be a place"),
     ("pendulum", None, "say where its bodies are"), (None, None, "film takes a trajectory"),
     ("pendulum", lambda x: [[0, 0], [x[0] / 0, 1]], "not finite"),
     ("pendulum", lambda x: x["joint"], "bodies.x. raises IndexError"),
