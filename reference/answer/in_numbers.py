@@ -158,16 +158,17 @@ def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
 def extrapolated_step(f: Field, t: float, z: np.ndarray, h: Any) -> tuple[np.ndarray, float]:
     """Return (z(t+h) − z, difference of the last two columns), by Aitken and Neville in h²."""
     row: list[np.ndarray] = []
-    for j in range(1, COLUMNS + 1):
-        n = 2 * j
-        d = h / n
-        with np.errstate(all="ignore"):
-            before, at = z, z + d * f(t, z)
+    with np.errstate(all="ignore"):
+        first = f(t, z)
+        for j in range(1, COLUMNS + 1):
+            n = 2 * j
+            d = h / n
+            before, at, twice = z, z + d * first, 2 * d
             for k in range(1, n):
-                before, at = at, before + 2 * d * f(t + k * d, at)
+                before, at = at, before + twice * f(t + k * d, at)
             new = [(before + at + d * f(t + h, at)) / 2 - z]
             for k, earlier in enumerate(row):
                 ratio = (j / (j - k - 1)) ** 2
                 new.append(new[-1] + (new[-1] - earlier) / (ratio - 1))
-        row = new
+            row = new
     return row[-1], float(np.abs(row[-1] - row[-2]).max())

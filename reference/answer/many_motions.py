@@ -73,7 +73,11 @@ class ManyMotions:
         self.timed = equations.timed
 
         def rate(t: Any, z: np.ndarray) -> np.ndarray:
-            return np.array([np.broadcast_to(e, z.shape[1:]) for e in rates(*z)])
+            given = rates(*z)
+            found = np.empty((len(given), *z.shape[1:]))
+            for row, one in zip(found, given, strict=True):
+                row[...] = one  # the same number for all states where it depends on none
+            return found
 
         self._field = rate
         self._momentum = sympy.lambdify(equations.states, list(equations.momentum), "numpy")

@@ -133,8 +133,9 @@ class SceneInNumbers:
             return self._at_once(what, q, second, t)
         function = _function(self._s, what, self._numbers)
         solved = not self._closed and what in OF_VELOCITY
-        if not solved and second is not None and self._plain(q, second):
-            return self._given(function(self._base(q, t), second.tolist(), self._p))
+        if not solved and self._plain(q, q if second is None else second):
+            rest = () if second is None else (second.tolist(),)
+            return self._given(function(self._base(q, t), *rest, self._p))
         with self._numbers.working():
             given = [self._base(q, t), *([] if second is None else [self._list(second)])]
             if solved:
