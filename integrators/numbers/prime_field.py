@@ -51,8 +51,8 @@ class Residue:
 
     def _read(self, other: Any) -> int | None:
         """Return an integer that stands for a number; None for what is none, such as a series."""
-        if type(other) is type(self) or isinstance(other, Residue):
-            return int(other.v)
+        if isinstance(other, Residue):
+            return other.v
         if type(other) is int:
             return other
         if hasattr(other, "coefficient") or isinstance(other, np.ndarray):

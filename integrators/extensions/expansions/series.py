@@ -77,10 +77,11 @@ class Series:
         if not isinstance(other, Series):
             other = Series((other,), 0, self.end)
         start, end = min(self.start, other.start), min(self.end, other.end)
-        sums = list[Coefficient]()
-        for k in range(start, end):
-            a, b = self.coefficient(k), other.coefficient(k)
-            sums.append(b if _none(a) else a if _none(b) else a + b)
+        sums = [*[0] * (self.start - start), *self.c][: end - start]
+        sums += [0] * (end - start - len(sums))
+        for k, e in zip(range(other.start - start, end - start), other.c, strict=False):
+            if not _none(e):
+                sums[k] = e if _none(sums[k]) else sums[k] + e
         return Series(sums, start, end)
 
     __radd__ = __add__
@@ -104,14 +105,16 @@ class Series:
             return Series([e if _none(e) else e * other for e in self.c], self.start, self.end)
         start = self.start + other.start
         end = min(self.start + other.end, other.start + self.end)
-        products = list[Coefficient]()
-        for k in range(min(end - start, len(self.c) + len(other.c) - 1)):
-            total: Coefficient = 0
-            for i in range(max(0, k + 1 - len(other.c)), min(k + 1, len(self.c))):
-                a, b = self.c[i], other.c[k - i]
-                if not (_none(a) or _none(b)):
-                    total = total + a * b
-            products.append(total)
+        products: list[Coefficient] = [0] * min(end - start, len(self.c) + len(other.c) - 1)
+        factors = [(j, b) for j, b in enumerate(other.c) if not _none(b)]
+        for i, a in enumerate(self.c):
+            if _none(a):
+                continue
+            for j, b in factors:
+                if i + j >= len(products):
+                    break
+                before = products[i + j]
+                products[i + j] = a * b if _none(before) else before + a * b
         return Series(products, start, end)
 
     __rmul__ = __mul__
