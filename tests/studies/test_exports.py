@@ -131,24 +131,28 @@ def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
             made(text, "c", tmp_path, scheme)
 
 
-@pytest.mark.parametrize("line", [
+#: lines that ask for no run of the harness
+ASKED_WRONGLY = (
     "garbage", '{"x": [2.0], "mu": [0, 0], "h": 0.1, "steps": 2}',
     '{"h": 0.1, "steps": 2, "every": 0}',
     '{"mu": [0, 0, 0, 0], "h": 0.1, "steps": 2}', '{"h": "a", "steps": 2}', '{"h": 0.1}',
     '{"steps": 2}',
     '{"h": 0.1, "steps": 2, "parameters": {"inertia": [1, 2]}}',
-])  # fmt: skip
-def test_the_harness_in_c_answers_only_what_it_was_asked(tmp_path, line):
+)  # fmt: skip
+
+
+def test_the_harness_in_c_answers_only_what_it_was_asked(tmp_path):
+    """After each line that asks wrongly it answers one that does not."""
     if why := exports.missing("c"):
         pytest.skip(why)
     scheme = Scheme(scenes.get("heavy-top"), lookup.rule("midpoint"))
     command = exports.built(scheme.export("c", True), "c", tmp_path)
-    answers = subprocess.run(
-        command, input=f'{line}\n{{"h": 0.1, "steps": 1}}\n', capture_output=True, text=True,
-        check=True,
-    ).stdout.splitlines()  # fmt: skip
-    assert "is missing, or has other numbers" in json.loads(answers[0])["error"]
-    assert len(json.loads(answers[1])["x"]) == 2
+    asked = "".join(f'{line}\n{{"h": 0.1, "steps": 1}}\n' for line in ASKED_WRONGLY)
+    told = subprocess.run(command, input=asked, capture_output=True, text=True, check=True).stdout
+    answers = [json.loads(line) for line in told.splitlines()]
+    for line, wrong, right in zip(ASKED_WRONGLY, answers[::2], answers[1::2], strict=True):
+        assert "is missing, or has other numbers" in wrong["error"], line
+        assert len(right["x"]) == 2, line
 
 
 def test_the_command_writes_a_file_that_says_what_was_verified(tmp_path, capsys):

@@ -74,6 +74,7 @@ def make(folder, kept):
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
         patch.setattr("discmech.studies.core.store.cache_folder", lambda: kept)
         patch.setattr("discmech.studies.work_precision.measuring.BUDGET", 0.03)  # of a race
+        patch.setattr("discmech.studies.core.running.shrunk", lambda *_: {})
         replace_measurements(patch, measure)
         code = main([*WORDS, "--folder", str(folder)])
     return code, out.getvalue()

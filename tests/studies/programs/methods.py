@@ -126,14 +126,17 @@ class Beeman:
 
 
 def solved(residual, z):
-    """Newton's method with a Jacobian by differences, until nothing changes."""
+    """Newton's method with a Jacobian by differences, until a change is round-off alone."""
+    before = np.inf
     for _ in range(50):
         r = residual(z)
         J = np.array([(residual(z + e) - residual(z - e)) / 2e-6 for e in 1e-6 * np.eye(len(z))]).T
         change = np.linalg.solve(J, r)
         z = z - change
-        if abs(change).max() < 1e-15 * (1 + abs(z).max()):
+        size = abs(change).max()
+        if size < 1e-15 * (1 + abs(z).max()) or (before < 1e-9 and not size < before / 2):
             break
+        before = size
     return z
 
 
