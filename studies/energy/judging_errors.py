@@ -37,6 +37,9 @@ def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
     settled = _settled(found, expected)
     if abs(slope) <= expected["slope_limit"] or are_steady(edges, expected["slope_limit"]):
         drifts = found.drifts
+        if not drifts and band > LIMITS["whole"]:  # no motion of the scene has such an energy
+            said = f"the energy is off by {band:.2g} times what moves"
+            return settled or unknown(f"{said}, so the run follows no motion: take a smaller step.")
         if not drifts:
             return settled or Verdict("pass", "", expected)
         last, rate, *_ = drifts[-1]

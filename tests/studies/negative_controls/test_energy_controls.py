@@ -30,6 +30,7 @@ def wandering(t):
     (lambda t: np.expm1(-t / 50), "fail"),
     (lambda t: 0 * t, "pass"),
     (lambda t: 1e-15 * t / t[-1], "pass"),  # a slope within round-off
+    (lambda t: 40 * np.sin(3 * t), "inconclusive"),  # another motion's, though it has a band
     (lambda t: np.where(t > 90, np.nan, 1e-3 * np.sin(3 * t)), "fail"),
     (lambda t: np.where(t > 90, np.inf, 1e-3 * np.sin(3 * t)), "fail"),
 ])  # fmt: skip
