@@ -177,10 +177,10 @@ class ArrowVelocity(Law):
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return |u − ξ| at a step to 0, over |ξ|: the part of u that two short steps share."""
         short = SHORT * step
-        arrow, u = short_arrow(scheme, place, short, DIGITS), place.u
+        arrow, u = short_arrow(scheme, place, short, DIGITS), np.array(place.u)
         if scheme.scene.hamiltonian:  # a place of it has μ alone
             at = SceneInNumbers(scheme.s, scheme.scene, arithmetic(DIGITS))
-            u = at.velocity(place.x, place.mu, place.t)
+            u = at.velocity(np.array(place.x), np.array(place.mu), place.t)
         with mpmath.workdps(DIGITS):
             velocity = np.array([*map(mpmath.mpf, u)])
             gap = abs(arrow - velocity).max()
