@@ -10,11 +10,6 @@ def hat(w):
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
 
-def turned(w):
-    """The quaternion (w, x, y, z) of a rotation vector."""
-    return np.roll(Rotation.from_rotvec(w).as_quat(), 1)
-
-
 def times(a, b):
     return np.r_[a[0] * b[0] - a[1:] @ b[1:], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])]
 
@@ -23,16 +18,17 @@ def split(q, p, h, inertia, turn, rate=1.0, casimir=0.0, loss=0.0):
     """Turn about each axis in turn, there and back; then by a Casimir added to H, and lose μ."""
     for i, part in ((0, 0.5), (1, 0.5), (2, 1), (1, 0.5), (0, 0.5)):
         w = part * h * p[i] / inertia[i] * np.eye(3)[i]
-        p, q = Rotation.from_rotvec(w).as_matrix().T @ p, turn(q, rate * w)
-    return turn(q, casimir * h * p), p * (1 - loss)
+        by = Rotation.from_rotvec(w)
+        p, q = by.as_matrix().T @ p, turn(q, by if rate == 1 else Rotation.from_rotvec(rate * w))
+    return turn(q, Rotation.from_rotvec(casimir * h * p)), p * (1 - loss)
 
 
-def turn_matrix(R, w):
-    return R @ Rotation.from_rotvec(w).as_matrix()
+def turn_matrix(R, by):
+    return R @ by.as_matrix()
 
 
-def turn_quaternion(q, w):
-    return -times(q, turned(w))  # the other sign is the same attitude
+def turn_quaternion(q, by):
+    return -times(q, np.roll(by.as_quat(), 1))  # the other sign is the same attitude
 
 
 CLAIMS = {"order": 2, "symplectic": True, "reversible": True, "keeps": "momentum"}
@@ -90,4 +86,5 @@ def in_space(R, p, h, system):
 def first(R, p, h, system):
     """The attitude by an explicit Euler step."""
     inertia = np.array(system.parameters.inertia)
-    return turn_matrix(R, h * p / inertia), split(R, p, h, inertia, turn_matrix)[1]
+    by = Rotation.from_rotvec(h * p / inertia)
+    return turn_matrix(R, by), split(R, p, h, inertia, turn_matrix)[1]
