@@ -12,9 +12,12 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from discmech import reference
-from discmech.integrators import BadInput, Scheme, retractions, scenes
+from discmech.integrators import BadInput, Discretisation, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.extensions.lattices import Lattice, scene_of
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import midpoint
@@ -65,6 +68,28 @@ def of_order(
         return named(cause, inside + sentence, evidence)
     told = told or _of_runs(case, measurement, duration, at_50_digits, found, evidence, low)
     return told and named(*told, evidence)
+
+
+def of_part(lattice: Lattice, rule: Discretisation) -> dict[str, Any] | None:
+    """Return the cause of `of_order` in a rule on a lattice, by the two ends of a bond, or None.
+
+    The other sites rest: L_d of a lattice is the sum of those of its sites and bonds. Raises the
+    errors of references.
+    """
+    if lattice.constraint or lattice.has_contact:  # two sites are another system there
+        return None
+    moving, speeds = set(np.flatnonzero(lattice.free).tolist()), np.abs(lattice.start[1])
+    bonds = [sorted(moving & set(pair)) for pair in lattice.pairs.tolist()]
+    ends = max(bonds, key=lambda sites: (len(sites), speeds[sites].sum()))  # at rest none is seen
+    scheme = scheme_of(scene_of(lattice, ends), rule).base
+    found = settled_truncation(scheme)
+    wanted = scheme.order
+    if wanted is None or found.order >= wanted - NEAR or not np.isfinite(found.factors).all():
+        return None
+    evidence: dict[str, Any] = {name: getattr(found, name) for name in SHOWN}
+    cause, sentence = _of_rule(scheme, wanted, found, evidence)
+    sites = " and ".join(f"site {site + 1}" for site in ends)
+    return named(cause, f"on {sites} alone, the others at rest: {sentence}", evidence)
 
 
 def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:

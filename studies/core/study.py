@@ -218,8 +218,8 @@ class StudyFolder(Study):
     package: the folder's import name. `measuring` there has `NEEDS`, `cases(choice)` and
     `measure(case, progress)`, and may have functions named as other methods of `Study`, and
     `complete(result)`. `judging` has `judge(case, measurement)` and, if it finds causes,
-    `diagnose(case, measurement)`: a change there measures nothing anew. `view`, if there is one,
-    has `VIEW`.
+    `diagnose(case, measurement)`, of a lattice `diagnose_lattice(case)`: a change there measures
+    nothing anew. `view`, if there is one, has `VIEW`.
     """
 
     name: str
@@ -300,8 +300,9 @@ class StudyFolder(Study):
         """Return the cause of a verdict that is not a pass, if it can be found."""
         from .parts import parts_of
 
-        if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
-            return None
+        if "sites" in parts_of(case.scene):  # others are found in the equations of a scene
+            of_lattice: Any = getattr(self.judging, "diagnose_lattice", None)
+            return of_lattice(case) if of_lattice else None
         from .parasitic import parasitic
 
         if (told := parasitic(case)) is not None or not self.tells_causes:

@@ -162,6 +162,14 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     return of_order(case, measurement, ladder(case).duration, at_50_digits)
 
 
+def diagnose_lattice(case: Case) -> dict[str, Any] | None:
+    """Return the cause of an order below the expected one on a lattice."""
+    from ..causes.diagnosis import of_part
+
+    lattice: Any = case.scene
+    return of_part(lattice, case.rule)
+
+
 def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
     """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
     errors = [(row.step, row.multipliers) for row in found.rows if row.multipliers is not None]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from discmech import BadInput, Lattice, Scheme, pair
+from discmech import BadInput, Lattice, Scheme, discretisation, pair
 from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies import Study, check, get, system_of
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
-from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.case import Case, Choice, Measurement
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.result import result_of
 from discmech.studies.user.assertions import NotApplicable, assert_reversible
@@ -83,6 +84,16 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
     assert main(["verify", "mine.py", "--study", "order", "--study", "lattices"]) == 0
     said = capsys.readouterr().out
     assert "order: springs, midpoint" in said and "lattices: springs, midpoint" in said
+
+
+@pytest.mark.parametrize(("part", "words"), [("1/2", None), ("1/3", "lies at 1/3 of the step")])
+def test_a_low_order_on_a_lattice_has_the_cause_of_two_of_its_sites(part, words):
+    @discretisation(order=2)
+    def shifted(L, G, x, u, h):
+        return h * L(G.target(x, u, Fraction(part) * h), u)
+
+    told = get("order").diagnose(Case("order", systems.toda(), shifted, 16), Measurement({}))
+    assert told is None if words is None else words in told["sentence"]
 
 
 def test_what_is_wanted_of_a_lattice_with_a_force_is_what_was_measured():
