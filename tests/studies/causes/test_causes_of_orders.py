@@ -390,7 +390,7 @@ def beginning(f, off, **more):
     return Beginning(
         z, 0.0, field, second=zero, third=zero, of_time=zero, first_error=off, second_error=zero,
         third_error=zero, later=zero, parts={}, others={}, misread={},
-        span=np.abs(field).max() * np.ones(2), moved=(zero, zero), **more,
+        span=np.abs(field).max() * np.ones(2), moved=(zero, zero), square=zero, **more,
     )  # fmt: skip
 
 
