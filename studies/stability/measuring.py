@@ -83,8 +83,9 @@ def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
 
     measured: classes and limits as in `measure_map`; equilibrium (x and μ), given (true if it is
-    the scene's start), frequency ω of its fastest oscillation, fastest (the largest rate along the
-    scene's own motion), and the entries of `Linearised.measured` for a step there.
+    the scene's start), turns (true if the body turns there), frequency ω of its fastest
+    oscillation, fastest (the largest rate along the scene's own motion), and the entries of
+    `Linearised.measured` for a step there.
     """
     at = equilibrium(case.scene)
     family, label = family_of(case.scene, at), f"{case.scene.name} {case.label}"
@@ -95,7 +96,7 @@ def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         progress=lambda share: progress(f"{label}: stability map", share),
     )  # fmt: skip
     return _of_map(
-        family, rows, equilibrium=[float(e) for e in at.z], given=at.given,
+        family, rows, equilibrium=[float(e) for e in at.z], given=at.given, turns=at.turns,
         frequency=at.frequency, fastest=fastest_along(case.scene), **found,
     )  # fmt: skip
 

@@ -22,6 +22,7 @@ from discmech.integrators.equations import SceneSymbols, momentum
 from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.numbers import arithmetic, exact, numeric
 
+from ..core.case import scheme_of
 from ..systems.modified_energy import Dual, dual_of
 from .records import FARTHEST_OWN
 from .stiff import Family
@@ -48,12 +49,14 @@ MOST = 40  # the largest number of Newton's corrections, and of halvings of each
 class Equilibrium:
     """A state of rest z = (x, μ) at which small motions oscillate, the fastest with `frequency`.
 
-    given: True if it is the scene's own start.
+    given: True if it is the scene's own start. turns: True of a relative equilibrium, at which the
+    body turns steadily.
     """
 
     z: np.ndarray
     frequency: float
     given: bool
+    turns: bool
 
 
 class Near:
@@ -173,7 +176,8 @@ def equilibrium(scene: Scene) -> Equilibrium:
         fastest = float(np.abs(values.imag).max())
         if fastest > 0 and float(np.abs(values.real).max()) <= REAL * fastest:
             away = 0.0 if given else float(np.abs(begun - start).max())
-            found.append((away, Equilibrium(begun, fastest, given)))
+            turns = not dual.canonical and np.abs(dual.velocity(begun[None])).max() > REAL * fastest
+            found.append((away, Equilibrium(begun, fastest, given, bool(turns))))
         if given and found:
             break  # otherwise the nearest of all that are found
     if not found:
@@ -227,7 +231,10 @@ class Linearised:
     def __init__(self, scheme: Scheme, at: Equilibrium) -> None:
         dual = dual_of(scheme.scene)
         assert dual is not None
-        self.scheme, self.at, self.dual = scheme, at, dual
+        # states beside the equilibrium need not have the values that a scene's start must have
+        beside = scheme.scene.with_values(symmetries=())
+        self.scheme = scheme = scheme_of(beside, scheme.rule)
+        self.at, self.dual = at, dual
         self.near = Near(scheme.scene, dual, free=scheme.arrows is not None)
         self._flow = lru_cache(maxsize=1)(lambda z: scheme.flow(Fraction(z / at.frequency)))
 

@@ -63,7 +63,8 @@ class Measured:
     off_circle: the hω at which an eigenvalue leaves the circle. stable_to: the end of the interval.
     limits: by stiffness the largest hω up to which all is bounded. exchange, stiffer, adiabatic:
     errors of the energies of stiff springs by hω or ω. runs: True if runs beside the interval's end
-    agree. fastest: the largest rate along the scene's own motion.
+    agree. fastest: the largest rate along the scene's own motion. turns: True if the equilibrium is
+    a body that turns steadily.
     """
 
     off_circle: float | None = None
@@ -80,6 +81,7 @@ class Measured:
     adiabatic: Mapping[str, float | None] | None = None
     runs: bool = True
     fastest: float | None = None
+    turns: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,12 +22,14 @@ from discmech.integrators import (
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.outcome import Measurement
 from discmech.studies.core.result import result_of
 from discmech.studies.report import tables
 from discmech.studies.report.canvas import figure_of
 from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps, view
+from discmech.studies.stability.judging import judge
 from discmech.studies.stability.nonlinear_stability import limits, one_run, resonant, stability_map
-from discmech.studies.stability.records import Cell
+from discmech.studies.stability.records import Cell, Found, Measured, Row
 from discmech.studies.stability.stiff import FAMILIES
 from tests.studies.as_json import run_study
 from tests.studies.cached_results import SMALL, measured, measured_once
@@ -215,12 +217,31 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
     assert not at.given and abs(at.z[0] - 1) < 1e-9 and abs(at.frequency - 1) < 1e-6
     found = own_scene.Linearised(Scheme(well, trapezoidal), at).measured()
     assert abs(found["stable_to"] - 2) < 1e-5 and found["runs"] and found["off_circle"] is None
+    hanging = scenes.get("spherical-pendulum")  # whose start must have μ·x = 0, to the last digit
+    at = own_scene.equilibrium(hanging)
+    radius = own_scene.Linearised(Scheme(hanging, midpoint), at).radius(1.5)
+    assert not at.turns and abs(radius - 1) < 1e-9
     spin = own_scene.equilibrium(scenes.get("rigid-body"))
+    assert spin.turns
     ratio = spin.frequency / np.linalg.norm(spin.z)
     assert min(abs(ratio - 1 / 3), abs(ratio - 3**-0.5)) < 1e-6
     measured = {"classes": {"bounded": 1}, "equilibrium": [1.5, 3e-17], "frequency": 2.0}
     shown = view.VIEW.got(result_of("stability", {"measured": measured}))
     assert "(x, μ) = (1.5, 0), ω = 2" in shown
+
+
+def test_what_a_steady_turn_or_a_chaotic_run_meets_is_not_failed():
+    """An eigenvalue off the circle fails at rest alone, and Newton's failure on a stiff family."""
+    (of,) = get("stability").cases(Choice((scenes.get("heavy-top"),), (midpoint,)))
+    away = {"stable_to": 0.1, "runs": True}
+    row = Row(z=0.3, stiffness=1.0, outcome="Newton failed")
+    for numbers, rows, verdict in (
+        (away, [], "fail"), (away | {"turns": True}, [], "inconclusive"),
+        ({"frequency": 1.0, "fastest": 1.0}, [row], "inconclusive"),
+        ({"frequency": 1.0, "fastest": 1.0}, [replace(row, outcome="blown up")], "fail"),
+    ):  # fmt: skip
+        found = Found("map", "amplitude", rows, Measured(**numbers))
+        assert judge(of, Measurement.of(found)).verdict == verdict
 
 
 def test_a_map_of_one_amplitude_is_a_bar_a_rule():
