@@ -20,9 +20,9 @@ def patch_defects(
     """Return {"bond", "patch"} of two random variations over STEPS steps from (x, μ).
 
     makes: for each substep a function of (x, μ), the step from there, with `after`, `applied` and
-    `fluxes` (`DualStep`). bond: the
-    largest Φ_i + Φ_j, over the largest Φ. patch: |the gain of Σ ω_i − Σ Φ_i through the rim|, the
-    largest of three patches, over the sum of all |Φ| in the steps and all |ω_i|.
+    `fluxes` (`DualStep`). bond: the largest Φ_i + Φ_j, over the largest Φ. patch: |the gain of Σ
+    ω_i − Σ Φ_i through the rim|, the largest of three patches, over the sum of all |Φ| in the steps
+    and all |ω_i|.
     """
     random, free = np.random.default_rng(seed), lattice.free[:, None]
     pair = [tuple(random.normal(size=e.shape) * free for e in (x, mu)) for _ in range(2)]

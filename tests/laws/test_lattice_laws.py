@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from discmech import Scheme, midpoint, rectangle, trapezoidal
-from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.extensions.lattices import velocities
 from discmech.integrators.extensions.lattices.dual_step import DualStep
@@ -108,17 +107,20 @@ def test_the_box_scheme_is_that_of_preissmann_and_multisymplectic():
     left -= np.diff(mean(mean(field, 0), 0), 2, axis=1) / a**2
     left += mean(mean(np.sin(mean(mean(field, 0), 1)), 0), 1)
     assert abs(left).max() < 64 * EPS * abs(field).max() / h**2
-    found = patch_defects(partial(DualStep, flow), lattice, run.x[-1], run.mu[-1])
+    found = patch_defects([partial(DualStep, flow)], lattice, run.x[-1], run.mu[-1])
     assert found["patch"] < POISSON and found["bond"] < 1e-13
     assert flow.poisson_defect(run.x[-1], run.mu[-1]) < POISSON
     v = velocities(flow, run.x, run.mu, run.u)
     assert abs(flow.momenta(run.x[-1], v[-1]) - run.mu[-1])[1:-1].max() < POISSON
 
 
-def test_compositions_have_no_single_step():
-    flow = Scheme(systems.rotors(12), compose(midpoint, "suzuki")).flow("1/20")
-    with pytest.raises(CannotMeasure, match="several substeps"):
-        flow.poisson_defect(None, None)
+def test_substeps_of_a_composition_keep_the_form():
+    """On a group midpoint and its adjoint take turns."""
+    lattice, rule = systems.bodies(6), compose(midpoint, "suzuki")
+    flow = Scheme(lattice, rule).flow("1/20")
+    x, mu = flow.own_start
+    assert len(flow.parts) == 10 and flow.poisson_defect(x, mu) < POISSON
+    assert flow.poisson_defect(x, mu, bracket_sign=-1) > 1e-3
 
 
 PLACES = np.linspace(-20, 20, 161)
