@@ -118,7 +118,19 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
 
 def _with_size(value: Any) -> tuple[Any, Any]:
     """Return the value and the sum of its absolute terms."""
-    return value, sum((abs(term) for term in sympy.Add.make_args(value)), sympy.S.Zero)
+    return value, _size(value)
+
+
+def _size(e: Any) -> Any:
+    """Return the sum of the absolute terms of an expression, as if it were expanded.
+
+    An energy of 0 written as a product, (T - V) f, has the size of T f + V f, not 0.
+    """
+    if e.is_Add or e.is_Mul:
+        return e.func(*map(_size, e.args))
+    if e.is_Pow and e.exp.is_Integer and e.exp > 0:
+        return _size(e.base) ** e.exp
+    return abs(e)
 
 
 def _rates(equations: Equations, mu: Any, values: list[Any]) -> Any:

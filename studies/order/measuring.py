@@ -35,6 +35,8 @@ LARGE = 1e-4  # above this error the next powers of the step still count
 BESIDE_EARLY = 0.25  # distance of an order from its limit that such errors may cause
 #: rungs of a program's ladder, √2 apart, so that many are above round-off; it ends where errors are
 FEWEST, PROGRAM_RUNGS, MOST_PROGRAM_RUNGS = 8, 13, 24
+#: part of the duration that runs with more digits take, if the motion is resolved
+PART = 40
 #: rules of higher order reach round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
 #: from here on few steps are enough: each halving takes three digits and more
@@ -97,7 +99,7 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     program = not case.rule.is_formula and not case.rule.runs_at(50)
     coarser = 1 if (case.order or 0) <= 2 else 4 if case.order == 4 else 8
     if case.digits > 16:
-        found = duration / 40, 8 if (case.order or 0) > HIGH else 128
+        found = duration / PART, 8 if (case.order or 0) > HIGH else 128
     elif program:
         # without more digits: a short time and coarse steps, so that less round-off adds up; but
         # what single steps do not show, a run that need not be its steps may do late

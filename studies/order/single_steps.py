@@ -15,6 +15,7 @@ from fractions import Fraction
 from discmech.reference import surroundings
 
 from ..core.case import Case
+from ..core.ended import refuse_ended
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR, evidence_of
 from ..evidence.measuring import single_steps
@@ -58,7 +59,8 @@ def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]
 
     It is the given one, unless its coarsest step is longer than the motion is a polynomial, or
     errors of the declared order would add up to more than the state: then it is shorter, with
-    shorter steps.
+    shorter steps. Raises `MotionEnds` where that is so since the motion itself ends, at a collision
+    or a pole within the scene's duration, near which no step is short enough.
     """
     evidence = evidence_of(case.scheme)
     found, expected = evidence.order, case.order or 2
@@ -70,6 +72,7 @@ def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]
     grown = float(duration) * c * float(step) ** expected
     if step <= LONGEST * length and grown <= RESOLVED:
         return duration, first
+    refuse_ended(case, float(case.scene.duration) / 2)
     step = min(step, SHORTENED * length)
     time = min(float(duration), 1 / (c * float(step) ** expected))
     most = first if case.digits > 16 else math.inf

@@ -134,6 +134,10 @@ def beside(scheme: Any, box: Any, steps: int = STEPS, progress: Progress = silen
     if not ratio[at] <= 1:  # NaN differs
         said = f"step {at} differs by {apart[at]:.1e} of the state; round-off is {bound[at]:.1e}"
         return Beside("fail", said, *found)
+    if not one.u.any() and (own == own[0]).all():
+        said = "the scene stays at rest, where steps of any method agree; give it a start that "
+        said += "moves (v0, or x0 beside the equilibrium): the file itself takes any start"
+        return Beside("inconclusive", said, *found)
     if count <= asked:
         said = f"round-off grows so fast that nothing can be told after {count - 1} steps"
         return Beside("inconclusive", f"{said}; begin at a calmer state", *found)
@@ -210,9 +214,10 @@ def _beside(values: np.ndarray, drawn: np.random.Generator) -> np.ndarray:
     """Return values moved by a unit in the last place, as a program of other roundings would.
 
     Steps of the original round as its run does; stiff bonds, and quotients of small differences,
-    make much of a unit.
+    make much of a unit. A zero stays, since any program has it exactly.
     """
-    return np.nextafter(values, drawn.choice((-np.inf, np.inf), values.shape))
+    ends = np.where(values == 0, 0.0, drawn.choice((-np.inf, np.inf), values.shape))
+    return np.nextafter(values, ends)
 
 
 def _scene_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:

@@ -9,7 +9,7 @@ import mpmath
 import pytest
 from mpmath import mpf
 
-from discmech.integrators import scenes
+from discmech.integrators import Scene, pair, scenes
 from discmech.reference import ReferenceFailure, multipliers, solution
 from discmech.reference.answer import certify
 from discmech.reference.answer.invariants import Invariants
@@ -249,6 +249,18 @@ def test_what_no_motion_keeps_is_not_compared(more):
     for given in ((skipped, later), (later, skipped)):
         found = declared(*given, scene="harmonic")
         assert "energy and seven kept to" in found.evidence and "nothing" not in found.evidence
+
+
+def test_an_energy_of_zero_is_kept_however_it_is_written():
+    """Its terms cancel at the start, also where they stand in a product or a power."""
+    ways = (
+        lambda x, mu, p: (mu[0] ** 2 + 1) / 2 - 5 / (1 + x[0] ** 2),
+        lambda x, mu, p: ((x[0] ** 2 + 1) * (mu[0] ** 2 + 1) / 2 - 5) / (1 + x[0] ** 2),
+        lambda x, mu, p: mu[0] + (mu[0] - 3 - x[0]) ** 2 - mu[0],
+    )
+    for k, energy in enumerate(ways):
+        scene = Scene(f"zero-{k}", pair(1), hamiltonian=energy, x0=[-3], mu0=[0])
+        assert solution(scene, "1/2", digits=20).certain_digits == 20, k
 
 
 def test_a_force_or_the_time_keeps_no_energy_and_what_cannot_be_evaluated_is_named():
