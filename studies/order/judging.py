@@ -9,13 +9,14 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import ABOVE, MORE_STEPS, NOT_CONVERGING, ROUND_OFF
+from ..core.parts import parts_of
 from ..core.records import decoded
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR as BESIDE
 from . import judging_steps, multipliers
 from .limits import LIMITS
 from .limits import tolerance as allowed
-from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, ladder, measure
+from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, PART, ladder, measure
 from .recorded import FEWEST
 from .records import BLEW_UP, Found, is_of_a_value
 from .window import approaches, departure, finest_order, floor, not_converging, off_the_line
@@ -91,7 +92,7 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
                 f"{rule.method.order} by {defect:.2g}."
             )
     if abs(order - expected["order"]) <= tolerance:
-        return Verdict("pass", "", expected)
+        return Verdict("pass", _cut(case, found), expected)
     if approaches(case, rows, order, tolerance):
         return unknown(
             f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
@@ -120,6 +121,22 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
     return fail(
         f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}.",
         why=ABOVE if side == "above" else "",
+    )
+
+
+def _cut(case: Case, found: Found) -> str:
+    """Return a sentence on runs that are shorter than any ladder means to be; "" if they are not.
+
+    They are where steps that resolve all of the motion would be too many (`resolved`).
+    """
+    if not found.duration or case.rule.is_recorded or "sites" in parts_of(case.scene):
+        return ""  # a lattice's ladder is as many of its steps as it needs
+    whole = float(case.scene.duration)
+    if found.duration >= whole / PART:
+        return ""
+    return (
+        f"this is the order up to t = {found.duration:.4g} of {whole:.4g}: later the motion asks "
+        "for steps so short that longer runs would take too many."
     )
 
 

@@ -67,6 +67,19 @@ def test_a_motion_that_ends_is_no_failure_of_a_method(scene, study, rule):
     assert found["verdict"] == "inconclusive" and "singular there" in found["reason"]
 
 
+#: it falls into a centre at t = 1.111
+COLLISION = Scene("collision", pair(1), hamiltonian=lambda x, mu, p: mu[0] ** 2 / 2 - 1 / x[0],
+                  x0=[1], mu0=[0], step="0.1", duration=5)  # fmt: skip
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+def test_no_ladder_is_cut_before_the_end_of_a_motion(digits):
+    """No step near a collision is short enough, and a pass at t = 10⁻⁷ would say nothing of it."""
+    found = measured("order", COLLISION, "midpoint", digits)
+    assert found["verdict"] == "inconclusive"
+    assert "stops at t = 1.11072: the solution is singular there" in found["reason"]
+
+
 def test_a_motion_that_leaves_every_bound_is_no_failure_of_a_step_either():
     found = measured("symplecticity", STEEP, "trapezoidal", 16, 200)
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]

@@ -38,6 +38,14 @@ def test_order_is_judged_from_both_sides(digits, tolerance):
         assert f"order {outside + side * 0.2:.3f}" in reason and str(tolerance) in reason
 
 
+def test_a_pass_of_runs_that_were_cut_says_up_to_when():
+    """The runs with more digits take a fortieth of the duration by themselves."""
+    whole = case(scene={"duration": 40, "contact": None})
+    assert order_of(2.0, whole, ladder([]), duration=1.0)[:2] == ("pass", "")
+    verdict, reason, _ = order_of(2.0, whole, ladder([]), duration=0.99)
+    assert verdict == "pass" and "the order up to t = 0.99 of 40: " in reason
+
+
 @pytest.mark.parametrize(("order", "found", "digits", "verdict"), [
     (8, 8.07, 16, "inconclusive"), (8, 8.49, 16, "inconclusive"), (8, 8.51, 16, "fail"),
     (8, 7.93, 16, "fail"), (8, 8.07, 50, "fail"), (4, 4.07, 16, "fail"),
