@@ -3,6 +3,7 @@
 import json
 import subprocess
 
+import numpy as np
 import pytest
 import sympy
 
@@ -78,6 +79,16 @@ def test_nothing_is_told_of_a_motion_that_multiplies_round_off(tmp_path):
     scheme = Scheme(kicked, rectangle)
     box = made(scheme.export("numpy", True), "numpy", tmp_path, scheme)
     assert exports.beside(scheme, box, 150).verdict == "inconclusive"
+
+
+def test_a_scene_at_rest_tells_nothing_and_a_file_that_moves_is_still_wrong(tmp_path):
+    rest = scenes.get("rigid-body").with_values(name="rest", v0=[0, 0, 0])
+    scheme = Scheme(rest, lookup.rule("midpoint"))
+    box = made(scheme.export("numpy", True), "numpy", tmp_path, scheme)
+    found = exports.beside(scheme, box, 150)
+    assert found.verdict == "inconclusive" and "stays at rest" in found.reason
+    box.formula.program.run = lambda *start: (np.zeros((151, 0)), np.full((151, 3), 1e-9))
+    assert exports.beside(scheme, box, 150).verdict == "fail"
 
 
 @pytest.mark.slow
