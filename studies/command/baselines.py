@@ -43,9 +43,10 @@ def beside_baseline(
 ) -> tuple[StudyResult, list[str]]:
     """Compare, then save; a missing baseline is saved.
 
-    Return the result with the comparison, and the lines to print.
+    Nothing is saved if something that the files define was left out: a baseline cannot be made
+    again. Return the result with the comparison, and the lines to print.
     """
-    from ..core import baseline
+    from ..core import baseline, lookup
 
     lines = []
     if before is not None:
@@ -54,7 +55,9 @@ def beside_baseline(
         lines += _said(found)
     missing = options.baseline is not None and before is None
     for name in dict.fromkeys([options.save_baseline, options.baseline if missing else None]):
-        if name is not None:
+        if name is not None and lookup.left_out(once=False):
+            lines.append(f"not saved as the baseline {name}: something of the files was left out.")
+        elif name is not None:
             path = baseline.save(name, result)
             new = " (there was none)" if missing and name == options.baseline else ""
             lines.append(f"saved as the baseline {name}{new}: {path}")

@@ -91,7 +91,7 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     code = _code_of(options, farewell)
     for said in lookup.left_out():  # the rest has its answer, which may be that it is bad input
         print(f"discmech: {said}", file=sys.stderr)
-        code = code or BAD_INPUT
+        code = BAD_INPUT if code in (PASS, INCONCLUSIVE) else code
     return code
 
 

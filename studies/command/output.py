@@ -18,7 +18,9 @@ from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
 
 from ..core.environment import absolute
+from ..core.lookup import left_out
 from ..core.ours import MANIFEST, refuse_foreign, refuse_foreign_in
+from ..core.outcome import worst
 
 if TYPE_CHECKING:
     from ..core.result import StudyResult
@@ -35,8 +37,6 @@ def exit_code(*results: StudyResult, told: bool = False) -> int:
     Raises `BadInput` if nothing failed, but some rule could not be measured at all; told: True if
     the reason was printed already.
     """
-    from ..core.case import worst
-
     said = worst(result.verdict for result in results)
     cases = [case for result in results for case in result.cases if case.rule]
     usable = {str(case.rule) for case in cases if not case.unusable}
@@ -67,9 +67,14 @@ def write_json(name: str, found: Any, indent: int | None = None) -> None:
 
 def write_result(name: str, result: StudyResult) -> None:
     """Write a result as JSON; its notes tell what was left out of the files, too."""
-    from ..core.lookup import left_out
-
     write_json(name, replace(result, notes=[*result.notes, *left_out(once=False)]).to_json())
+
+
+def of_all(result: StudyResult) -> StudyResult:
+    """Return a result, which is no pass if something that the files define was left out."""
+    if not left_out(once=False):
+        return result
+    return replace(result, verdict=worst((result.verdict, "inconclusive")))
 
 
 def write_run(folder: str, found: Mapping[str, Any], run: Any) -> None:

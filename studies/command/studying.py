@@ -13,7 +13,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_choices, add_folder, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, progress_shown, write_result
+from .output import EXIT, console, exit_code, of_all, progress_shown, write_result
 
 
 def add_to(commands: Any, word: str = "") -> None:
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
         look = look_of(options, choice.rules)
         before = earlier(options)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
-        result = replace(result, command=as_typed(options))
+        result = of_all(replace(result, command=as_typed(options)))
         result, notes = beside_baseline(options, result, before)
         if options.folder:
             from .report import write_study

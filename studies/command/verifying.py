@@ -19,7 +19,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_folder, add_numbers, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, progress_shown, write, write_result
+from .output import EXIT, console, exit_code, of_all, progress_shown, write, write_result
 
 if TYPE_CHECKING:
     from ..core.result import AnyResult, StudyResult
@@ -112,7 +112,7 @@ def _answer(options: argparse.Namespace) -> int:
             if done and not quiet:
                 _show_stopped(options.name, done, stop)
             raise
-        result = replace(result, command=_typed(options, options.studies))
+        result = of_all(replace(result, command=_typed(options, options.studies)))
         result, notes = beside_baseline(options, result, before)
         if options.json:
             write_result(options.json, result)

@@ -250,6 +250,12 @@ def left_out(once: bool = True) -> list[str]:
     return said
 
 
+def refused_in(words: Sequence[str]) -> list[str]:
+    """Return why objects could not be made of the files that are among the words as a whole."""
+    files = [load(word) for word in words if _is_whole_file(word)]
+    return [*dict.fromkeys(said for file in files for said in file.refused.values())]
+
+
 def _is_whole_file(word: str) -> bool:
     return word.endswith(".py") and Path(word).is_file()
 
@@ -387,7 +393,8 @@ def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
             f"say its arguments, {file.path}:{name}:{example}=1."
         )
     if not own:
-        raise BadInput(file.empty or f"{file.path} defines no {kind.noun}.")
+        lost = next(iter(file.refused.values()), "")  # perhaps it was one of this kind
+        raise BadInput(file.empty or lost or f"{file.path} defines no {kind.noun}.")
     near = nearest(name, own)
     there = f"there {'is' if len(own) == 1 else 'are'} {', '.join(own)}."
     hint = f"did you mean {near}?" if near else there

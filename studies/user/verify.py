@@ -67,7 +67,10 @@ class Request:
     together: bool = False  # True for only scenes that all rules apply to, if none is named
 
     def rules(self) -> tuple[Discretisation, ...]:
-        """Return the rules of the files or words; for scenes alone two well-known ones."""
+        """Return the rules of the files or words; for scenes alone two well-known ones.
+
+        Raises `BadInput` if a file without a rule has something that could not be made.
+        """
         return self._objects(())[1]
 
     def _objects(
@@ -75,7 +78,10 @@ class Request:
     ) -> tuple[tuple[Scene, ...], tuple[Discretisation, ...]]:
         """Return the scenes of these words, or else of the files, and the rules."""
         asked = lookup.answers(self.files, self._named)
-        of_rules = [word for word, (own, _) in asked if own] or RULES
+        of_rules = [word for word, (own, _) in asked if own]
+        if not of_rules and (lost := lookup.refused_in([word for word, _ in asked])):
+            raise BadInput(" ".join(lost))  # it may be the rule that is meant
+        of_rules = of_rules or [*RULES]
         of_scenes = scenes or [word for word, (_, own) in asked if own]
         if self.vary is None:
             return lookup.scenes_of(of_scenes), lookup.rules(of_rules)

@@ -333,11 +333,31 @@ def test_a_student_s_file_that_cannot_be_used_keeps_nobody_else_from_a_grade(fol
     assert code == 2 and "midpoint" in out and all(each in err for each in broken)
     code, out, err = ask("order", "harmonic", "--rule", "good.py", "--rule", "dan.py", *only[4:6])
     assert code == 2 and "two-thirds" in out and "dan.py, line 1" in err
+    # the whole is no pass, and no baseline is made of it
+    assert (grades["verdict"], grades["cases"][0]["verdict"]) == ("inconclusive", "pass")
+    kept = ("--badge", "b.svg", "--save-baseline", "class")
+    for words in (["verify", *files, *only, *kept],
+                  ["order", "harmonic", "--rule", "good.py", "--rule", "dan.py", *only[4:6],
+                   *kept[2:]]):  # fmt: skip
+        code, out, err = ask(*words)
+        assert code == 2 and "not saved as the baseline class" in out
+    assert "inconclusive (1 pass)" in (folder / "b.svg").read_text("utf-8")
     # nothing is measured if none is left, or a file is not there
     code, out, err = ask("verify", "dan.py", "fay.py", *only)
     assert code == 2 and not out and "dan.py, line 1" in err and "fay.py defines" in err
     code, out, err = ask("verify", "good.py", "lee.py", *only)
     assert code == 2 and not out and "lee.py cannot be read" in err
+
+
+def test_no_other_rules_are_judged_in_place_of_one_that_could_not_be_made(folder, ask):
+    """A build that failed leaves a scene alone, and no green badge."""
+    program = "from discmech import external\n\nmine = external(['./not-built'], order=2)\n"
+    (folder / "built.py").write_text(program + SCENE)
+    kept = ("--json", "b.json", "--badge", "b.svg", "--save-baseline", "built")
+    for words in (["verify", "built.py", *kept], ["order", "harmonic", "--rule", "built.py"]):
+        code, out, err = ask(*words)
+        assert code == 2 and not out and "built.py, line 3: there is no program" in err
+    assert not {"b.json", "b.svg"} & {each.name for each in folder.iterdir()}
 
 
 def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
