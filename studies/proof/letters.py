@@ -15,7 +15,7 @@ from typing import Any
 from discmech.integrators import BadInput, Discretisation
 from discmech.integrators.equations import written
 from discmech.integrators.errors import CannotMeasure, at_line
-from discmech.integrators.numbers import sympy
+from discmech.integrators.numbers import floats_exact, sympy
 from discmech.integrators.numbers.types import Expression
 
 from .constants import Algebraic, Open
@@ -159,7 +159,8 @@ def _asked(formula: Callable[..., Any], of: Any, rest: Any, given: Any) -> tuple
             at = [part.xreplace(swap) for part in e.args]
             for name, value in known.items():
                 at = [part.replace(_without_formula(name), value).doit() for part in at]
-            places[tuple(map(written, [*at, *s.u][: n + len(s.u)]))] = None
+            at = [floats_exact(written(part)) for part in [*at, *s.u][: n + len(s.u)]]
+            places[tuple(at)] = None
         for part in e.args:
             look(part, swap)
 

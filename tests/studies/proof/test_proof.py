@@ -425,6 +425,15 @@ def test_bad_rules():
             prove("midpoint", **given)
 
 
+def test_floats_in_the_points_of_a_rule_with_stages():
+    @discretisation(order=2, stages=1)
+    def ends(L, G, x, u, h, s):
+        points = [(th * u + th * (1 - th) * s[0], u + (1 - 2 * th) * s[0]) for th in (0.0, 1.0)]
+        return h * sum(L(G.target(x, w, h), dw) for w, dw in points) / 2
+
+    assert prove(ends, groupoid="pair", laws=()).proven is True
+
+
 def test_floats_are_said():
     @discretisation(order=2)
     def rounded(L, G, x, u, h):
