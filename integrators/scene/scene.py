@@ -16,6 +16,7 @@ from ..errors import (
     check_name,
     check_parameters,
     names_checked,
+    nearest,
     shown,
 )
 from ..groupoids import Groupoid, LieGroup, RowAction
@@ -165,7 +166,9 @@ class Scene:
                 put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
         self._check_contact()
         check_parameters(self.parameters, self.name)
-        put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
+        if (n := self.groupoid.dim_x) and isinstance(self.x0, list | tuple) and not self.x0:
+            raise BadInput(f"{self.name} has no start: give x0=, a list of {n} numbers.")
+        put("x0", exact_vector(self.x0, n, f"{self.name}: x0"))
         if self.mu0 is not None:
             if self.lagrangian is not None and self.hamiltonian is None:
                 raise BadInput(
@@ -347,10 +350,10 @@ class Scene:
         """
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
-            raise BadInput(
-                f"{self.name}: a scene has no field {shown(min(foreign))}; it has "
-                f"{', '.join(names)}."
-            )
+            near = nearest(min(foreign), (*self.parameters, *names))
+            hint = f"did you mean {near}?" if near else f"its fields are {', '.join(names)}."
+            own = f", and its parameters are {', '.join(self.parameters)}" * bool(self.parameters)
+            raise BadInput(f"{self.name} has no {shown(min(foreign))}{own}: {hint}")
         if self.contact is not None and changes.get("contact", self.contact) is None:
             # the fields that belong to contact are reset with it
             changes = {"friction": 0, "restitution": 0, "impacts": "stepped"} | changes

@@ -17,6 +17,7 @@ import numpy as np
 from discmech import reference
 from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.extensions.foreign import SceneInNumbers, guarded, jump_on, noise_of
+from discmech.integrators.extensions.foreign.states import STATES
 from discmech.integrators.numbers import Vector, arithmetic
 
 from ..core.case import Case
@@ -381,6 +382,9 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
         )
     again = evidence_of(scheme).departure(AGAIN)
     if again.broken:
+        off, said = getattr(scheme.rule, "form", STATES["qp"]).off_group(image[: scheme.s.n])
+        if off > again.limit:  # a step made again begins at the attitude nearest to it
+            return "no attitude", f"{said} at the end of each step."
         return "no map", (
             f"steps of a run, made again, differ from it by {again.size:.1e}: it keeps something "
             "between calls, or is random; a method with memory is a class with start, step and "

@@ -23,8 +23,8 @@ WORDS = {
     ),
     AGAIN.name: (
         "is judged as steps", "and 15 more, made again, differ from the run by",
-        ": it keeps something from an earlier step or run, is random, or its rows are those of "
-        "another run",
+        ": it keeps something from an earlier step or run, is random, returns an attitude that is "
+        "no rotation, or its rows are those of another run",
     ),
     ARROW.name: (
         "moves (x, μ) rightly", "has an arrow u that differs from the velocity ξ(x, μ) by",

@@ -44,7 +44,8 @@ def compare(
             "retractions of one, --retraction cayley --retraction exponential."
         )
     asked = request.studies or (*studies(), "work-precision")
-    asking = replace(request, studies=asked, also_periods=PERIODS, together=True)
+    asking = replace(request, studies=asked, also_periods=PERIODS, together=True,
+                     usual=not request.studies)  # fmt: skip
     result = verify(asking, progress, told, jobs, store)
     lines = comparison(result.cases)
     advised = advice(result.cases, lines)

@@ -65,6 +65,7 @@ class Request:
     peers: tuple[str, ...] = ("none",)  # the peers of work-precision
     also_periods: int | None = None  # periods of a second race of work-precision
     together: bool = False  # True for only scenes that all rules apply to, if none is named
+    usual: bool = False  # True if the studies are a command's own, which nobody asked for by name
 
     def rules(self) -> tuple[Discretisation, ...]:
         """Return the rules of the files or words; for scenes alone two well-known ones.
@@ -130,7 +131,7 @@ class Request:
                 ("peer", self.peers),
                 ("also_periods", self.also_periods),
                 ("not_meant", not_meant),
-                ("by_name", bool(self.studies)),
+                ("by_name", bool(self.studies) and not self.usual),
             ),
         )
 

@@ -85,7 +85,8 @@ def top(**changes):
 CASES = {
     # shapes and numbers of a scene
     "x0 too long": (lambda: plain(x0=[1, 2]), "bad: x0 has 2 entries, but 1 are needed"),
-    "x0 missing": (lambda: Scene("bad", pair(1), kinetic, v0=[0]), "x0 has 0 entries, but 1"),
+    "x0 missing": (lambda: Scene("bad", pair(1), kinetic, v0=[0]),
+                   "bad has no start: give x0=, a list of 1 numbers"),
     "v0 too short": (lambda: plane(lagrangian=kinetic, parameters={}).with_values(v0=[1]),
                      "bad: v0 has 1 entries, but 2 are needed"),
     "x0 no list": (lambda: plain(x0=1), "x0 is 1: give a list of 1 numbers"),
@@ -383,7 +384,8 @@ CASES = {
     "rule None": (lambda: with_rule(lambda L, G, x, u, h: None), "does it return what it"),
     "ragged parameter": (lambda: with_lagrangian(kinetic, parameters={"a": [[1, 2], [3]]}),
                          "bad: the rows of parameter a differ in length"),
-    "field unknown": (lambda: plain().with_values(colour=1), "no field 'colour'; it has name, "),
+    "field unknown": (lambda: plain().with_values(colour=1),
+                      "no 'colour': its fields are name"),
     "steps_for 0": (lambda: plain().steps_for(0), "step is 0: give a positive number"),
     "scene's name a list": (lambda: scenes.get(["pendulum"]), "no scene .* did you mean pendulum"),
     "mu0 no list": (lambda: pendulum().trajectory(1, mu0=1.0), r"is 1\.0: give a list of 1 num"),

@@ -212,8 +212,12 @@ def test_a_word_gives_values_to_a_scene_and_a_scene_has_that_word(file):
     assert words.address_of(short) == "pendulum:duration=1,length=1/3"
     again = lookup.scene("pendulum:duration=1,length=1/3")
     assert again.parameters == short.parameters and again.duration == 1
-    with pytest.raises(BadInput, match="has no field 'weight'"):
+    with pytest.raises(BadInput, match="has no 'weight'"):
         lookup.scene("pendulum:weight=1")
+    with pytest.raises(
+        BadInput, match=r"parameters are mass, length, gravity: did you mean length\?$"
+    ):
+        lookup.scene("pendulum:lenght=1")
     with pytest.raises(BadInput, match=r"family is a plain function: .* mine.py:family:w=1\.$"):
         lookup.rule(f"{place}:family")
     with pytest.raises(BadInput, match=r'no open number of mixed "v"'):

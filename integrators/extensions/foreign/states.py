@@ -55,6 +55,10 @@ class State:
         """Return the scene in numbers as a function of the program's own coordinates."""
         return system
 
+    def off_group(self, x: Vector) -> tuple[float, str]:
+        """Return how far x (n,), as it was read, is from every attitude, and what to do."""
+        return 0.0, ""
+
 
 @dataclass(frozen=True)
 class Rotation(State):
@@ -96,6 +100,15 @@ class Rotation(State):
         """Return the scene in numbers with functions of R, or of the quaternion."""
         return _OfAttitude(self, system)
 
+    def off_group(self, x: Vector) -> tuple[float, str]:
+        """Return the largest entry of RᵀR − 1, and what to do."""
+        R = x.reshape(3, 3)
+        off = float(np.abs(R.T @ R - np.eye(3)).max())
+        return off, (
+            f"the matrix that it returns is no rotation (RᵀR differs from 1 by {off:.1e}): return "
+            "the rotation nearest to it"
+        )
+
 
 class Quaternion(Rotation):
     """A body's attitude as a unit quaternion (w, x, y, z), and p or v in the body.
@@ -113,6 +126,14 @@ class Quaternion(Rotation):
     def read(self, q: Vector) -> Vector:
         """Return |q|² A row by row, (9,)."""
         return _matrix(q)
+
+    def off_group(self, x: Vector) -> tuple[float, str]:
+        """Return | |q| − 1 |, where det(|q|² A) = |q|⁶, and what to do."""
+        off = abs(abs(float(np.linalg.det(x.reshape(3, 3)))) ** (1 / 6) - 1)
+        return off, (
+            f"the quaternion that it returns is not of unit length (by {off:.1e}): divide it by "
+            "its norm"
+        )
 
 
 class _OfAttitude:

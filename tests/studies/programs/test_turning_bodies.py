@@ -128,6 +128,18 @@ def conjugate(q, w, h, system):
     return Rotation.from_matrix(after.T).as_quat(scalar_first=True), w_after
 
 
+def longer(q, w, h, system):
+    """One of Euler's steps of q̇ = q ω / 2, which lengthens q by h² |ω|² / 8."""
+    a, b = q[0], q[1:]
+    rate = np.concatenate([[-b @ w], a * w + np.cross(b, w)])
+    return q + h / 2 * rate, step(np.eye(3), w, h, system)[1]
+
+
+def stretched(R, w, h, system):
+    turned = R + h * np.cross(R, w)
+    return turned, step(np.eye(3), w, h, system)[1]
+
+
 @pytest.mark.parametrize(("cause", "state", "formula"), [
     pytest.param(*one, marks=[pytest.mark.slow] * (k > 1)) for k, one in enumerate([
         ("velocity in space", "Rv", from_body_to_space),
@@ -144,6 +156,16 @@ def conjugate(q, w, h, system):
 def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause, state, formula):
     body = black_box(order=1, state=state)(formula)
     assert of_step(Case("order", BODY, body, 16))["cause"] == cause
+
+
+@pytest.mark.parametrize(("state", "formula", "said"), [
+    ("quaternion v", longer, "not of unit length (by "), ("Rv", stretched, "RᵀR differs from 1"),
+])  # fmt: skip
+def test_an_attitude_that_leaves_the_group_is_not_called_memory(state, formula, said):
+    """What a step makes of the nearest attitude differs from the run, but nothing is kept."""
+    body = black_box(order=1, state=state)(formula)
+    told = of_step(Case("order", BODY, body, 16))
+    assert told["cause"] == "no attitude" and said in told["sentence"]
 
 
 def test_a_momentum_that_is_not_projected_onto_the_hidden_constraint_is_named():
