@@ -104,16 +104,19 @@ def add_look(parser: argparse.ArgumentParser) -> None:
 def look_of(options: argparse.Namespace, rules: Sequence[Discretisation]) -> Look:
     """Return the requested look of figures.
 
-    The label of a rule is that of all its values of --vary, too. Raises `BadInput` for one without
+    A rule has its name or its word, FILE.py:NAME; its label is that of all its values of --vary,
+    too. Raises `BadInput` for one without
     "=" or with a rule that was not chosen, and for an unreadable style.
     """
+    from ..core.words import address_of
     from ..user import drawing
 
     labels: dict[str, str] = {}
     for given in options.labels:
-        names = [e.name for e in rules if given.startswith(f"{e.name}=")]  # one may have an "="
-        rule = max(names, key=len, default=given.partition("=")[0])
-        equals, text = given[len(rule) :][:1], given[len(rule) + 1 :]
+        words = {word: e.name for e in rules for word in (e.name, address_of(e))}
+        known = [word for word in words if given.startswith(f"{word}=")]  # one may have an "="
+        word = max(known, key=len, default=given.partition("=")[0])
+        rule, equals, text = words.get(word, word), given[len(word) :][:1], given[len(word) + 1 :]
         if not (rule and equals and text):
             raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
         number = f"{rule}:{(options.vary or '').partition('=')[0]}="

@@ -9,7 +9,7 @@ from ..report.canvas import Panel, Sheet
 from ..report.palette import MUTED
 from ..report.view import Sketch
 from ..report.wording import raised
-from .records import Curve, constant, curves, to_time
+from .records import FEWEST_DRAWN, Curve, constant, curves, to_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,20 +18,23 @@ SHEET = Sheet(width=3.2, right=0.3, columns=2)
 CAPTION = (
     "Order and error constant against a number of the method or of the scene. The constant C is "
     "that of error ≈ C hᵖ, with p the order that most values have, so it vanishes where the order "
-    "is higher; the larger mark is the best value: the highest order, then the least constant."
+    "is higher, and values of a lower order, which have none, are left out; the larger mark is the "
+    "best value: the highest order, then the least constant."
 )
 
 
 def sketches(cases: Sequence[Any]) -> Iterator[Sketch]:
     """Yield the figure of the curves, if there are any."""
-    panels = [panel for curve in curves(cases) for panel in _panels(curve)]
+    drawn = [curve for curve in curves(cases) if len(curve.cases) >= FEWEST_DRAWN]
+    panels = [panel for curve in drawn for panel in _panels(curve)]
     if panels:
         yield Sketch("order-varied", "A number that varies", CAPTION, panels, SHEET)
 
 
 def _panels(curve: Curve) -> Iterator[Panel]:
     orders = [(float(value), case.measured.order) for value, case in curve.cases]
-    sizes = [(float(value), constant(case.rows, curve.usual)) for value, case in curve.cases]
+    sizes = [(float(value), constant(case.rows, curve.usual)) for value, case in curve.cases
+             if round(case.measured.order) >= curve.usual]  # fmt: skip
     best = None if curve.is_flat else float(curve.best[0])
     title = f"{curve.of} on {curve.place}, {curve.digits} digits"
     of = f"C of error ≈ C {raised(curve.usual)}{to_time(curve.cases[0][1])}"

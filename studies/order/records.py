@@ -109,6 +109,7 @@ _NAME = re.compile(
     r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[./_]\d+)?(?:e[-+]?\d+)?|[^:=,]*sqrt[^:=,]*)"
 )
 FEWEST = 2  # values that can be compared
+FEWEST_DRAWN = 3  # values of which a curve is drawn: two are rules like others
 
 
 def is_of_a_value(name: str) -> bool:

@@ -42,7 +42,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     most = LIMITS["resolved"] * (1 + 1e-9) * min(1.0, slower)
     inside = [row for row in found.rows if row.z <= most]
     loose = [row for row in inside if held and row.z > held(Fraction(row.stiffness))]
-    expected = {"bounded_up_to": LIMITS["resolved"], "of": len(inside),
+    expected = {"bounded_up_to": LIMITS["resolved"] * min(1.0, slower), "of": len(inside),
                 "escapes_not_judged": len(loose)}  # fmt: skip
     if case.control:
         # a resonance is bounded too

@@ -148,6 +148,22 @@ def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys
     assert "--vary w=1/3,1/2,2/3" in (folder / "index.html").read_text("utf-8")
 
 
+def test_two_values_are_rules_like_others_and_labels_may_name_their_file(mine, tmp_path):
+    rules = [f"{mine}:mixed:w={value}" for value in ("1/2", "1/3")]
+    words = ["order", "harmonic", *(part for rule in rules for part in ("--rule", rule))]
+    words += ["--label", f"{rules[0]}=b = 1/2", "--digits", "16", "--steps", "64"]
+    assert main([*words, "--folder", str(tmp_path)]) == 0
+    assert not (tmp_path / "figures" / "order-varied.svg").exists()
+    assert "b = 1/2" in (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
+    assert (tmp_path / "figures" / "order-16.svg").is_file()
+
+
+def test_a_value_of_a_lower_order_has_no_place_on_the_curve_of_the_constant():
+    (sketch,) = sketches([case("0", 0, 9.0), *(case(f"{k}", 2, 0.1) for k in (1, 2, 3))])
+    drawn = [[*_drawn(panel).lines[0].get_xdata()] for panel in sketch.panels]
+    assert drawn == [[0, 1, 2, 3], [1, 2, 3]]
+
+
 @pytest.mark.parametrize(("label", "row", "title"), [
     ("mixed=Mixed", "Mixed:w=1/2", "Mixed on Harmonic"),
     ("mixed:w=1/2=the middle = 1/2", "the middle = 1/2", "mixed on Harmonic"),

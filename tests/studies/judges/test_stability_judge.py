@@ -44,6 +44,8 @@ def test_a_resolved_motion_is_bounded():
     assert verdict == "fail" and reason.startswith("escaped at hω = 0.501 and ω = 50")
     assert expected == {"bounded_up_to": 10**-0.3, "of": 2, "escapes_not_judged": 0}
     assert cells("fpu", ("a word", 0.5, 50))[0] == "fail"
+    own = cells("mine", ("bounded", 0.1, 50), ("escaped", 0.4, 50), frequency=1.0, fastest=2.0)
+    assert own[0] == "pass" and own[2]["bounded_up_to"] == 10**-0.3 / 2
     assert "failed at hω = 0.3" in cells("fpu", ("failed", 0.3, 50), ("escaped", 0.2, 50))[1]
 
 
