@@ -108,7 +108,7 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
     import sympy
 
     from discmech.integrators.errors import CannotMeasure
-    from discmech.integrators.extensions.expansions import TooLong
+    from discmech.integrators.extensions.expansions.laurent import MOST_SECONDS, TooLong
 
     terms, missing = dict[str, Any](), ""
     letters = [getattr(scheme.s.parameters, name) for name in left_open]
@@ -127,8 +127,9 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
             given = scheme.modified_equation(order).formulas
         except TooLong:
             after = f" after h^{found.first}" if terms else ""
-            missing = f"The terms{after} are too long to be written; numbers of all of them: "
-            missing += "scheme.modified_equation(order).hamiltonian(z)."
+            missing = f"The terms{after} take longer than {MOST_SECONDS:g} s to write; a scene of "
+            missing += "fewer degrees of freedom may have them. Numbers of all of them, in Python: "
+            missing += f"scheme.modified_equation({order}).hamiltonian(z) at states z = (x, μ)."
             break
         except CannotMeasure as error:
             missing = f"Formulas are not written: {error} Numbers of all terms: "

@@ -105,3 +105,9 @@ SCENES = [
 def test_every_claim_holds_to_the_stated_order(scene, rule, order):
     told = judge(kept(Scheme(scenes.get(scene), rules.get(rule)), order, 16))
     assert told.verdict == "pass", told.reason
+
+
+def test_terms_that_take_too_long_are_named_with_the_way_to_their_numbers(monkeypatch, capsys):
+    monkeypatch.setattr("discmech.integrators.extensions.expansions.laurent.MOST_SECONDS", -1.0)
+    assert main(["modified", "pendulum", "midpoint", "--order", "2"]) == 0
+    assert "scheme.modified_equation(2).hamiltonian(z)" in capsys.readouterr().out
