@@ -33,8 +33,8 @@ class MatrixAlgebra:
 
     def __post_init__(self) -> None:
         for part in ("basis", "cover"):
-            given = exact_matrices(getattr(self, part), f"algebra {self.name}: {part}")
-            object.__setattr__(self, part, given)
+            entries = exact_matrices(getattr(self, part), f"algebra {self.name}: {part}")
+            object.__setattr__(self, part, entries)
         if not self.basis:
             raise BadInput(f"algebra {self.name}: the basis is empty; give at least one matrix.")
         matrices = (*self.basis, *self.cover)
@@ -68,9 +68,9 @@ class MatrixAlgebra:
 
     def coordinates(self, *matrices: SymbolicMatrix) -> SymbolicMatrix:
         """The coordinates of N×N sympy matrices that lie in the algebra, a column (m×1) each."""
-        found = self.dual * _side_by_side(matrices)
+        columns = self.dual * _side_by_side(matrices)
         # complex matrices have real coordinates; left alone, i·i would never be multiplied out
-        return found.applyfunc(lambda e: e.expand(complex=True)) if self.is_complex else found
+        return columns.applyfunc(lambda e: e.expand(complex=True)) if self.is_complex else columns
 
     @cached_property
     def is_complex(self) -> bool:
@@ -161,8 +161,8 @@ class MatrixAlgebra:
         """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]]."""
         if not self.is_complex:
             return self
-        given = (sympy.Matrix(e).applyfunc(floats_exact) for e in (*self.basis, *self.cover))
-        parts = (e.as_real_imag() for e in given)
+        matrices = (sympy.Matrix(e).applyfunc(floats_exact) for e in (*self.basis, *self.cover))
+        parts = (e.as_real_imag() for e in matrices)
         real = [a.row_join(-b).col_join(b.row_join(a)).tolist() for a, b in parts]
         return MatrixAlgebra(self.name, real[: self.dim], real[self.dim :])  # type: ignore[arg-type]
 

@@ -127,8 +127,8 @@ _REMEDIES = (
 def remedy(error: BaseException) -> str:
     """Return the fix for an error that a user's function raised when called with symbols."""
     for pattern, words in _REMEDIES:
-        if found := re.search(pattern, str(error)):
-            return found.expand(words)
+        if match := re.search(pattern, str(error)):
+            return match.expand(words)
     return "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
 
 
@@ -147,8 +147,8 @@ def check_function(function: object, what: str, *wanted: str) -> None:
     stray = ""
     for arguments in wanted:
         with suppress(TypeError):
-            given = signature.bind(*arguments.strip("()").split(", ")).arguments
-            wrong = [(own, word) for own, word in given.items() if _is_stray(own, word, given)]
+            names = signature.bind(*arguments.strip("()").split(", ")).arguments
+            wrong = [(own, word) for own, word in names.items() if _is_stray(own, word, names)]
             if not wrong:
                 return
             stray = stray or ", whose {} would be {}".format(*wrong[0])
@@ -157,7 +157,7 @@ def check_function(function: object, what: str, *wanted: str) -> None:
     )
 
 
-def _is_stray(own: str, word: object, given: Container[str]) -> bool:
+def _is_stray(own: str, word: object, names: Container[str]) -> bool:
     """Return True if a function calls p, t or v what is handed in as something else.
 
     Of a Hamiltonian the momentum may be called p, v may be the second of two points u and v, and
@@ -165,7 +165,7 @@ def _is_stray(own: str, word: object, given: Container[str]) -> bool:
     """
     if not isinstance(word, str) or word in (own, "mu", "done"):
         return False
-    return own in ("p", "t") or (own == "v" and "x" in given)
+    return own in ("p", "t") or (own == "v" and "x" in names)
 
 
 def shown(value: object) -> str:
@@ -260,9 +260,9 @@ def names_checked(cls: type[_Class]) -> type[_Class]:
     made: Any = cls.__init__
 
     @wraps(made)
-    def checked(self: object, *given: Any, **named: Any) -> None:
+    def checked(self: object, *arguments: Any, **named: Any) -> None:
         check_names(cls.__name__, named, names)
-        made(self, *given, **named)
+        made(self, *arguments, **named)
 
     cls.__init__ = checked  # type: ignore[method-assign]
     return cls
@@ -284,9 +284,9 @@ def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
     names = [name for name in inspect.signature(function).parameters if name != "self"]
 
     @wraps(function)
-    def checked(*given: _P.args, **named: _P.kwargs) -> _R:
+    def checked(*arguments: _P.args, **named: _P.kwargs) -> _R:
         try:
-            return function(*given, **named)
+            return function(*arguments, **named)
         except TypeError:
             check_names(function.__name__, named, names)
             raise

@@ -105,8 +105,8 @@ def make_private(folder: Path) -> None:
 
 def refuse_others(folder: Path) -> None:
     """Raise `BadInput` if another user owns a folder of the cache or can write into it."""
-    if why := whose(found := folder.stat()):
-        others = found.st_mode & _OTHERS_WRITE
+    if why := whose(status := folder.stat()):
+        others = status.st_mode & _OTHERS_WRITE
         raise BadInput(
             f"the cache folder {folder} is not used, because {why}, and what lies there is run as "
             f"code: {f'say chmod go-w {folder}, or ' if others else ''}name a folder of your own "
@@ -140,24 +140,24 @@ def of_others(path: Path) -> bool:
     return bool(whose(path.stat()))
 
 
-def whose(found: os.stat_result) -> str:
+def whose(status: os.stat_result) -> str:
     """Return why a file or folder is not the user's alone, or "" if it is."""
     if not hasattr(os, "geteuid"):  # permissions are not given as bits here
         return ""
-    if found.st_mode & _OTHERS_WRITE:
+    if status.st_mode & _OTHERS_WRITE:
         return "others can write into it"
-    own = found.st_uid in (0, os.geteuid())
-    return "" if own else f"it belongs to another user ({found.st_uid})"
+    own = status.st_uid in (0, os.geteuid())
+    return "" if own else f"it belongs to another user ({status.st_uid})"
 
 
 @cache
 def _temporary_folder() -> Path:
     """Return a folder for this process and those it starts; it is removed when this one ends."""
-    given = os.environ.get(_TEMPORARY)
-    if given and Path(given).is_dir():
+    path = os.environ.get(_TEMPORARY)
+    if path and Path(path).is_dir():
         with suppress(BadInput):
-            refuse_others(Path(given))
-            return Path(given)
+            refuse_others(Path(path))
+            return Path(path)
     temporary, own = Path(tempfile.gettempdir()), os.getpid()
     sweep(temporary)
     folder = draft_folder(temporary)

@@ -31,15 +31,15 @@ def _fixture(name: str, about: str) -> Any:
         folder = request.path.parent
         asserted = partial(getattr(assertions, name), pictures=tmp_path, beside=folder)
 
-        def given(*arguments: Any, **more: Any) -> dict[str, Any]:
+        def assertion(*arguments: Any, **more: Any) -> dict[str, Any]:
             __tracebackhide__ = True
             try:
-                found: dict[str, Any] = asserted(*arguments, **more)
+                answer: dict[str, Any] = asserted(*arguments, **more)
             except assertions.NotApplicable as refusal:
                 pytest.skip(str(refusal))
-            return found
+            return answer
 
-        return given
+        return assertion
 
     fixture.__doc__ = about
     return pytest.fixture(name=name)(fixture)

@@ -126,11 +126,11 @@ class EdgePolicy:
     def scale(self) -> Number:
         """The largest size of the branch number at the cover's elements where it has a value."""
         x, zero = self.context.vectors(self.context.scene.x0, [0] * self.chart.m)
-        found = [self.context.numbers.number(0)]
+        sizes = [self.context.numbers.number(0)]
         for J in range(len(self.chart.translates)):
             with suppress(ArithmeticError, ValueError):  # for example log tr g at half turns
-                found.append(abs(self.context.geometry_in(J).branch(x, zero)))
-        return max(size for size in found if size < self.huge)
+                sizes.append(abs(self.context.geometry_in(J).branch(x, zero)))
+        return max(size for size in sizes if size < self.huge)
 
     def resume(self, run: Run, status: int) -> int:
         """Bring the run past the step; return `OK`, or the status that remains."""
@@ -194,8 +194,8 @@ class Bisect(EdgePolicy):
 
     handles = CURABLE
 
-    def __init__(self, context: StepContext, *given: Any) -> None:
-        super().__init__(context, *given)
+    def __init__(self, context: StepContext, *arguments: Any) -> None:
+        super().__init__(context, *arguments)
         name = context.scene.name
         if context.equations.element is None:
             raise BadInput(

@@ -134,8 +134,8 @@ class EvolutionOperator:
         *maps, end = self._step(x, u)
         geometry = self.context.geometry
         here, there = geometry.tracked(x, u), geometry.tracked(*end)
-        found = pullback_defect(geometry, here, there, self._tangent(*maps))
-        return self.context.number(found)
+        defect = pullback_defect(geometry, here, there, self._tangent(*maps))
+        return self.context.number(defect)
 
     # -- Newton on arrows -----------------------------------------------------------------------
 

@@ -52,10 +52,10 @@ def unsealed(path: Path) -> bytes | None:
     """
     try:
         with path.open("rb") as file:
-            others, found = whose(os.fstat(file.fileno())), file.read()
+            others, data = whose(os.fstat(file.fileno())), file.read()
     except OSError:
         return None
-    head, newline, content = found.partition(b"\n")
+    head, newline, content = data.partition(b"\n")
     if others or head + newline != _seal(path.name, content):
         raise Damaged(path)
     return content
@@ -75,11 +75,11 @@ def cached(name: str, build: Callable[[], bytes]) -> bytes:
 
     If the disk cannot store it, it is built again the next time.
     """
-    found = find(name)
-    if found is None:
-        found = build()
-        keep(name, found)
-    return found
+    content = find(name)
+    if content is None:
+        content = build()
+        keep(name, content)
+    return content
 
 
 def cached_text(name: str, build: Callable[[], str]) -> str:

@@ -41,10 +41,10 @@ def any_shrinks(moved, left, sizes):
     smaller than this one by the same factor. Round-off of larger components, however large, does
     not shrink and so does not count.
     """
-    found = 1 < 0
+    answer = 1 < 0
     for e, least, size in zip(moved, left, sizes):
-        found = found or (2 * e < least and e * e > SMALLEST * EPS * size * least)
-    return found
+        answer = answer or (2 * e < least and e * e > SMALLEST * EPS * size * least)
+    return answer
 
 
 def largest_of(numbers):

@@ -98,7 +98,7 @@ class Steps:
         """
         graph = self.graph
         constant, terms = e.args if e.kind == SUM else (0, ((e.index, 1),))
-        found = [(constant, graph.one)]
+        summands = [(constant, graph.one)]
         for i, c in terms:
             term = graph.nodes[i]
             factors = term.args if term.kind == PRODUCT else ()
@@ -108,10 +108,10 @@ class Steps:
                 own = [(graph.nodes[k], n) for k, n in factors if (k, n) not in rest]
                 number, parts = inner.args
                 spread = [(number, graph.one), *((a, graph.nodes[k]) for k, a in parts)]
-                found += [(c * a, graph.product([*own, (part, 1)])) for a, part in spread]
+                summands += [(c * a, graph.product([*own, (part, 1)])) for a, part in spread]
             else:
-                found.append((c, term))
-        return graph.sum(found)
+                summands.append((c, term))
+        return graph.sum(summands)
 
     def _mostly_scaled(self, e: Node) -> bool:
         """Return True if all terms of a sum but one have a constant factor."""
@@ -147,22 +147,22 @@ class Steps:
 
     def by_elimination(self, J: NodeMatrix, b: list[Node]) -> list[Node]:
         """Return J⁻¹b by elimination in the order of the rows; J and b change."""
-        graph, m, held = self.graph, len(b), self.held
+        graph, m, letter = self.graph, len(b), self.held
         for p in range(m):
-            pivot = held(graph.product([(J[p][p], -1)]))
+            pivot = letter(graph.product([(J[p][p], -1)]))
             for i in range(p + 1, m):
                 if not J[i][p]:
                     continue
-                factor = held(J[i][p] * pivot)
+                factor = letter(J[i][p] * pivot)
                 for j in range(p + 1, m):
                     if J[p][j]:
-                        J[i][j] = held(J[i][j] - factor * J[p][j])
-                b[i] = held(b[i] - factor * b[p])
+                        J[i][j] = letter(J[i][j] - factor * J[p][j])
+                b[i] = letter(b[i] - factor * b[p])
             J[p][p] = pivot
         solution = list(b)
         for p in reversed(range(m)):
             rest = graph.sum([(1, b[p]), *((-1, J[p][j] * solution[j]) for j in range(p + 1, m))])
-            solution[p] = held(rest * J[p][p])
+            solution[p] = letter(rest * J[p][p])
         return solution
 
 

@@ -90,25 +90,25 @@ def run_kernels(
     system: Named,
     text: str,
     numbers: Arithmetic,
-    given: Mapping[str, object] = MappingProxyType({}),
+    namespace: Mapping[str, object] = MappingProxyType({}),
     constants: Callable[[], Namespace] = dict,
 ) -> Namespace:
     """Return the names of a text, in double precision with its `advance` as machine code.
 
-    given: names that the text may use; constants: returns more of them, called only if they are
+    namespace: what the text may use; constants: returns more of it, called only if they are
     needed.
     """
     if type(numbers) is not Double:
-        return names_of(text, numbers, **given, **constants())
-    names = names_of(text, numbers, **given)
+        return names_of(text, numbers, **namespace, **constants())
+    names = names_of(text, numbers, **namespace)
     arrays = ARRAYS | {word: Array("f", columns=width) for word, width in names["WIDTHS"].items()}
     advance = compiled(file_name(system), text, names, arrays, constants)
     return {**names, "advance": advance}
 
 
-def interpreted(text: str, numbers: Arithmetic, **given: object) -> Kernels:
+def interpreted(text: str, numbers: Arithmetic, **names: object) -> Kernels:
     """Return kernels that Python runs, from a text of `kernel_text` and additional names."""
-    return _kernels(names_of(text, numbers, **given))
+    return _kernels(names_of(text, numbers, **names))
 
 
 @lru_cache(maxsize=512)
@@ -134,8 +134,8 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
 
 def at_nodes(source: StageSource, numbers: Arithmetic) -> tuple[Namespace, Callable[[], Namespace]]:
     """Return the names that lanes need, and a function that returns the tables of the nodes."""
-    given = lane_namespace(source.nodes.count, numbers, vector_width())
-    return given, partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
+    names = lane_namespace(source.nodes.count, numbers, vector_width())
+    return names, partial(tables, source.nodes, source.nodes.count, names["WIDTH"], numbers)
 
 
 def text_key(*parts: object) -> str:
@@ -152,9 +152,9 @@ def file_name(system: Named) -> str:
 def names_of(text: str, numbers: Arithmetic, **more: object) -> Namespace:
     """Run a text with Python and return its functions and constants; more: names it may use."""
     codes = {word: int(e) for kind in (Status, Entry) for word, e in kind.__members__.items()}
-    given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace,
+    names = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace,
              "PAST": PAST, "INNER": INNER, **codes}  # fmt: skip
-    return run_text(text, {**given, **numbers.namespace(), **more})
+    return run_text(text, {**names, **numbers.namespace(), **more})
 
 
 def _kernels(names: Namespace) -> Kernels:

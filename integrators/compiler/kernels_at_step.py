@@ -143,8 +143,8 @@ class KernelsAtStep:
                     if (kind, h, *rest) not in rows:
                         q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
                         rows[kind, h, *rest] = self._prepared(self.kernels.prepare[kind], q)
-                    found = rows[kind, h, *rest]
-                    entries[: len(found)] = found
+                    row = rows[kind, h, *rest]
+                    entries[: len(row)] = row
                 self._known[key, halvings], self._translates[key] = table, translate
             return self._known[key, halvings]
 
@@ -185,14 +185,14 @@ class KernelsAtStep:
             columns: dict[str, tuple[tuple[int, ...], DType]]
             columns = {name: ((width,), self.numbers.dtype) for name, width in widths.items()}
             columns |= {"iterations": ((), int), "translates": ((), int)}
-            found = (allocate or _zeros)(columns, rows)
+            arrays = (allocate or _zeros)(columns, rows)
         except BadInput:  # rows on disk that are not this run's
             raise
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        run.xs, run.us, run.mus, run.counts, run.translates = found.values()
+        run.xs, run.us, run.mus, run.counts, run.translates = arrays.values()
         run.totals = begun.copy()
         return run
 

@@ -60,12 +60,12 @@ def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:
 def elementwise(function: Function) -> Function:
     """Return the function extended to arrays: it is applied to each lane separately."""
 
-    def of_lanes(*given: Number | Vector) -> Number | Vector | tuple[Vector, ...]:
-        length = next((len(g) for g in given if isinstance(g, np.ndarray)), None)
+    def of_lanes(*arguments: Number | Vector) -> Number | Vector | tuple[Vector, ...]:
+        length = next((len(g) for g in arguments if isinstance(g, np.ndarray)), None)
         if length is None:
-            return function(*given)
+            return function(*arguments)
         rows = [
-            function(*(g[j] if isinstance(g, np.ndarray) else g for g in given))
+            function(*(g[j] if isinstance(g, np.ndarray) else g for g in arguments))
             for j in range(length)
         ]
         if not isinstance(rows[0], (tuple, list, np.ndarray)):

@@ -58,21 +58,21 @@ def pull_sites(a, c):
         put_lanes(work[i], PULL, none)
     for i, j, k in bonds(a):
         own, ends = row(a.q, k, BONDS), zip(*[lanes_at(work[e], POINT, n) for e in (i, j)])
-        found = tuple([RULE.pull(e + f, own, c) for e, f in ends])
+        pulls = tuple([RULE.pull(e + f, own, c) for e, f in ends])
         for site, half in ((i, slice(0, m)), (j, slice(m, 2 * m))):
             so_far = lanes_at(work[site], PULL, m)
-            put_lanes(work[site], PULL, tuple([plus(e, f[half]) for e, f in zip(so_far, found)]))
+            put_lanes(work[site], PULL, tuple([plus(e, f[half]) for e, f in zip(so_far, pulls)]))
 
 
 def update_sites(a, c):
     """Update x and μ at the end of a step."""
     for i in free_sites(a):
-        here, given = row(a.x, i, n), row(a.nu, i, m)
+        here, momentum = row(a.x, i, n), row(a.nu, i, m)
         end, last, sum_p, sum_f = ends_of(a, i)
         zero_x, zero = (0.0,) * n, (0.0,) * m
         dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
         put(a.x, i, plus(here, dx))
-        put(a.nu, i, plus(given, dmu))
+        put(a.nu, i, plus(momentum, dmu))
 
 
 def show_unknowns(a, c):
@@ -80,5 +80,5 @@ def show_unknowns(a, c):
     for i in free_sites(a):
         dw = lanes_at(a.work[i], MOVES, m)
         for degree, table in enumerate(LEGENDRE):
-            found = totals_of(times(table, dw))
-            save(a.w[i], degree * m, tuple([e / c[0] for e in found]))
+            coefficients = totals_of(times(table, dw))
+            save(a.w[i], degree * m, tuple([e / c[0] for e in coefficients]))

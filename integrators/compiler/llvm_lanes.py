@@ -14,8 +14,8 @@ def _intrinsic(routine: Routine, name: str, *lanes: Value) -> Value:
     place, type_ = f"@llvm.{name}.{kind}f64", TYPES[kind]
     types = ", ".join([type_] * len(lanes))
     routine.declared[place] = f"declare {type_} {place}({types})"
-    given = ", ".join(f"{type_} {e.name}" for e in lanes)
-    return routine.get(kind, f"call {routine.fast}{type_} {place}({given})")
+    arguments = ", ".join(f"{type_} {e.name}" for e in lanes)
+    return routine.get(kind, f"call {routine.fast}{type_} {place}({arguments})")
 
 
 OF_LANES["sqrt"] = lambda routine, x: _intrinsic(routine, "sqrt", x)

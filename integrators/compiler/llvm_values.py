@@ -124,10 +124,10 @@ class Routine:
             return self.in_lanes(kind, OF_LANES.get(name), partial(self.call, name), arguments)
         float_ = TYPES["f"]
         place = f"@llvm.{name}.f64" if name in INTRINSICS else f"@{name}"
-        given = ", ".join(self.operand("f", a) for a in arguments)
+        operands = ", ".join(self.operand("f", a) for a in arguments)
         types = ", ".join([float_] * len(arguments))
         self.declared[place] = f"declare {float_} {place}({types})"
-        return self.get("f", f"call {self.fast}{float_} {place}({given})")
+        return self.get("f", f"call {self.fast}{float_} {place}({operands})")
 
     def select(self, test: Value, yes: Operand, no: Operand) -> Value:
         """Return `yes` if the test holds, else `no`."""
@@ -300,9 +300,9 @@ def mapped(function: Function, *trees: Operand) -> Operand:
 
 def flat(tree: Operand, known: bool = True) -> list[Operand]:
     """Return the numbers and arrays in nested tuples; if `known`, also Python's own numbers."""
-    found: list[Operand] = []
-    mapped(lambda e: found.append(e) if _is_number(e, known) else None, tree)
-    return [e if isinstance(e, Array) else register(e) for e in found]
+    leaves: list[Operand] = []
+    mapped(lambda e: leaves.append(e) if _is_number(e, known) else None, tree)
+    return [e if isinstance(e, Array) else register(e) for e in leaves]
 
 
 def filled(tree: Operand, values: Iterable[Operand], known: bool = True) -> Operand:

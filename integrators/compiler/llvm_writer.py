@@ -116,11 +116,11 @@ class Module:
         Its results are an index and a status, returned as one number (`STATUSES`).
         """
         routine = self.routine
-        given = [replace(arrays.get(a, Value("i")), name=f"%{a}", routine=routine)
-                 for a in parameters]  # fmt: skip
-        index, status = self.names[name](*given)
+        values = [replace(arrays.get(a, Value("i")), name=f"%{a}", routine=routine)
+                  for a in parameters]  # fmt: skip
+        index, status = self.names[name](*values)
         routine.end(f"i64 {register(STATUSES * index + status).name}")
-        types = [("ptr noalias " if isinstance(v, Array) else "i64 ") + v.name for v in given]
+        types = [("ptr noalias " if isinstance(v, Array) else "i64 ") + v.name for v in values]
         self._define(f"i64 @{name}({', '.join(types)})")
 
     def _define(self, head: str) -> None:
@@ -134,11 +134,11 @@ class Module:
 
         Results that Python knows are returned unchanged.
         """
-        caller, given = self.routine, flat(arguments)
+        caller, values = self.routine, flat(arguments)
         key = f"{name} {form(arguments)}"
         if key not in self._shared:
             routine = self.routine = self.new_routine()
-            inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(given)]
+            inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(values)]
             returned = function(*filled(arguments, inner))
             results = flat(returned, known=False)
             type_, result = "void", "void"
@@ -160,10 +160,10 @@ class Module:
         results = flat(result_form, known=False)
         if in_memory(results):
             out = caller.memory("f", len(results))
-            caller.do(f"call void {place}({', '.join(map(_typed, [*given, out]))})")
+            caller.do(f"call void {place}({', '.join(map(_typed, [*values, out]))})")
             numbers = [out[i] for i in range(len(results))]
             return filled(result_form, numbers, known=False)
-        result = caller.get("", f"call {type_} {place}({', '.join(map(_typed, given))})").name
+        result = caller.get("", f"call {type_} {place}({', '.join(map(_typed, values))})").name
         numbers = [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")
                    for i, v in enumerate(results)]  # fmt: skip
         return filled(result_form, numbers, known=False)

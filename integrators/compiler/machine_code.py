@@ -114,8 +114,8 @@ def _callable(engine: Any, names: Sequence[str]) -> Function:
     at_places = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * len(names))(place)
 
     def advance(*arguments: int | Vector) -> tuple[int, int]:
-        given = (a if isinstance(a, int) else address(a) for a in arguments)
-        return divmod(at_places(*given), STATUSES)
+        numbers = (a if isinstance(a, int) else address(a) for a in arguments)
+        return divmod(at_places(*numbers), STATUSES)
 
     advance.engine = engine  # type: ignore[attr-defined]  # it owns the code
     advance.at_places = at_places  # type: ignore[attr-defined]

@@ -199,8 +199,8 @@ class KernelText:
         operations: Operations,
         results: Sequence[Sequence[Value] | Value],
     ) -> str:
-        given = arguments if self.own is None else {**arguments, "own": self.own}
-        return self._marked(text_of(f"{name}{self.suffix}", given, operations, results))
+        letters = arguments if self.own is None else {**arguments, "own": self.own}
+        return self._marked(text_of(f"{name}{self.suffix}", letters, operations, results))
 
     def _start(self, arguments: Namespace) -> Operations:
         """Return operations whose letters of the arguments stand for themselves."""
@@ -224,18 +224,18 @@ class KernelText:
     def _equations(self) -> str:
         """Return the text of a term's rows and of their slope, by rows."""
         nodes = self.nodes
-        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
-        operations = self._start(given)
-        found = operations.values([*nodes.rows, *(e for row in nodes.slope for e in row)])
+        arguments = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(arguments)
+        values = operations.values([*nodes.rows, *(e for row in nodes.slope for e in row)])
         m = len(nodes.rows)
-        return self._function("equations", given, operations, [found[:m], found[m:]])
+        return self._function("equations", arguments, operations, [values[:m], values[m:]])
 
     def _gain(self) -> str:
         """Return the text of the increments of μ at both ends of a bond."""
-        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
-        operations = self._start(given)
+        arguments = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(arguments)
         gain = self._at_end(operations, self.nodes.gain)
-        return self._function("gain", given, operations, [gain])
+        return self._function("gain", arguments, operations, [gain])
 
     def _carry(self) -> str:
         arguments = {"x": self.step.x, "c": self.coefficients}
@@ -254,8 +254,8 @@ class KernelText:
         for name, columns in wanted.items():
             arguments = {"x": step.x, "w": step.w, "c": self.coefficients}
             operations = self._start(arguments)
-            found = iter(operations.values([e for c in columns for e in self.nodes.read(c)]))
-            results = [[next(found) for _ in column] for column in columns]
+            queue = iter(operations.values([e for c in columns for e in self.nodes.read(c)]))
+            results = [[next(queue) for _ in column] for column in columns]
             texts.append(self._function(name, arguments, operations, results))
         return "\n\n".join(texts)
 
@@ -277,14 +277,14 @@ class KernelText:
         if self.affine:
             del arguments["w"]
         operations = self._start(arguments)
-        found = operations.values(dw)
+        values = operations.values(dw)
         if step.along is not None:
             letters, along = step.along
-            operations.give(nodes.read(letters), found)
-            found = operations.values(nodes.read(along))
-        results: list[Sequence[Value] | Value] = [found]
+            operations.give(nodes.read(letters), values)
+            values = operations.values(nodes.read(along))
+        results: list[Sequence[Value] | Value] = [values]
         if not self.affine:
-            results.append(operations.sum([operations.function("abs", e & ~1) for e in found]))
+            results.append(operations.sum([operations.function("abs", e & ~1) for e in values]))
         return self._function("solver", arguments, operations, results)
 
     def _update(self) -> str:

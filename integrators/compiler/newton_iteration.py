@@ -93,11 +93,11 @@ def hidden(dw, w, here):
     units, so there FAINT is much smaller. One more correction leaves only that component's own
     round-off, for Newton's method converges quadratically.
     """
-    found = 1 < 0
+    answer = 1 < 0
     for d, e in zip(dw, w):
         small = 1024 * abs(e) < here and FAINT * here < abs(e)
-        found = found or (small and ROOT_EPS * abs(e) < abs(d))
-    return found
+        answer = answer or (small and ROOT_EPS * abs(e) < abs(d))
+    return answer
 
 
 # -- the start -------------------------------------------------------------------------------------

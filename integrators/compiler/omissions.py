@@ -80,8 +80,8 @@ def _same(
         ends = (_at(step, point, digits, entries) for point in (first, second))
         return [a - b for a, b in zip(*ends, strict=True)]
 
-    found = [(a, e) for a, e in zip(changes(60, entries), entries, strict=True) if a]
-    for some in found[:1], found[1:]:  # one that is no round-off tells
+    differences = [(a, e) for a, e in zip(changes(60, entries), entries, strict=True) if a]
+    for some in differences[:1], differences[1:]:  # one that is no round-off tells
         short, entries = [a for a, _ in some], [e for _, e in some]
         if any(abs(a) < 2 * abs(b) for a, b in zip(short, changes(100, entries), strict=True)):
             return False  # round-off would have lost 40 digits; 400 digits cost ten times as much

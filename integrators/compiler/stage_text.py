@@ -103,10 +103,10 @@ class StageText:
     def _solution(self, name: str, matrix: NodeMatrix, right: Nodes) -> list[Node]:
         """Return the solution of linear equations; raises `NoShortForm` if a loop would find it."""
         order = list(range(len(right)))
-        found, looped = solve(self.system.graph, matrix, right, self.coefficients, order)
+        solution, looped = solve(self.system.graph, matrix, right, self.coefficients, order)
         if looped:
             raise NoShortForm(f"the equations of {name} tie many unknowns together")
-        return found
+        return solution
 
     @cached_property
     def turning(self) -> list[int]:
@@ -141,8 +141,8 @@ class StageText:
         if system.moved is not None and system.pulled is not None:
             for name, letters, values in (("moved", system.xi, system.moved),
                                           ("pulled", system.m, system.pulled)):  # fmt: skip
-                given = {"x": system.x, "w": system.w, "given": letters}
-                kernels[name] = self._function(name, given, [values])
+                arguments = {"x": system.x, "w": system.w, "given": letters}
+                kernels[name] = self._function(name, arguments, [values])
         if self.lattice:
             ends, force = {"x": system.x, "w": system.w}, [self.lattice.force]
             kernels["point"] = self._function("point", ends, [system.target])
@@ -151,8 +151,8 @@ class StageText:
         elif system.extents:
             kinds = [[e for kind, e in system.extents if kind == wanted]
                      for wanted in ("size", "rest")]  # fmt: skip
-            given = {"x": system.x, "w": system.w}
-            kernels["extents"] = self._function("extents", given, kinds)
+            arguments = {"x": system.x, "w": system.w}
+            kernels["extents"] = self._function("extents", arguments, kinds)
         return kernels
 
     @property
@@ -171,19 +171,19 @@ class StageText:
     def _velocity(self) -> str:
         """Return the text of ẇ, ξ and μ at (w, π)."""
         system, graph = self.system, self.system.graph
-        given = {"x": system.x, "w": system.w, "p": system.p, "own": self.own}
+        arguments = {"x": system.x, "w": system.w, "p": system.p, "own": self.own}
         xi = self._solution("velocity", system.mass, system.right)
         letters = (e.index for e in graph.letters(system.xi))
         moved = graph.rebuilt(system.rates[0], dict(zip(letters, xi, strict=True)))
-        return self._function("velocity", given, [moved, xi, system.momentum])
+        return self._function("velocity", arguments, [moved, xi, system.momentum])
 
     def _force(self) -> str:
         """Return the text of π̇, and of the entries `turning` of f, at (w, π) and ξ."""
         system = self.system
         turned = [system.turned[i] for i in self.turning]
-        given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi,
-                 "pull": self.pull, "own": self.own}  # fmt: skip
-        return self._function("force", given, [system.rates[1], turned])
+        arguments = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi,
+                     "pull": self.pull, "own": self.own}  # fmt: skip
+        return self._function("force", arguments, [system.rates[1], turned])
 
     @property
     def _turns(self) -> list[Node]:
@@ -207,8 +207,8 @@ class StageText:
         right = [graph.sum([(1, turn), (-1, a), (-1, b), (-1, e)])
                  for turn, a, b, e in zip(self._turns, dp, lost, excess, strict=True)]  # fmt: skip
         slope = [list(column) for column in zip(*system.right_field, strict=True)]
-        given = {**self._ends, "lost": [e.args for e in lost]}
-        return self._function("shift", given, [self._solution("shift", slope, right)])
+        arguments = {**self._ends, "lost": [e.args for e in lost]}
+        return self._function("shift", arguments, [self._solution("shift", slope, right)])
 
     def _update(self) -> str:
         """Return the text of increments of x and μ, less the rounding errors of earlier sums."""
@@ -217,8 +217,8 @@ class StageText:
         gain = graph.plus(system.gain, self._turns)
         grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
-        given = {name: [e.args for e in lost] for name, lost in (("ex", ex), ("emu", emu))}
-        return self._function("update", {**self._ends, **given}, grown)
+        errors = {name: [e.args for e in lost] for name, lost in (("ex", ex), ("emu", emu))}
+        return self._function("update", {**self._ends, **errors}, grown)
 
     def _lost(self, name: str, beside: Letters) -> list[Node]:
         """Return letters of what is lost of each entry of a column."""

@@ -153,7 +153,7 @@ def sweep(a, weights, c, count, sizes, none):
     lane, the components' sizes: after the first two sweeps those that are given).
     """
     worst = 0.0
-    moved, found = none, none
+    moved, ranges = none, none
     for i in free_sites(a):
         work, here, own = a.work[i], row(a.x, i, n), row(a.p, i, SITES)
         w, pi, xi = lanes_at(work, 0, m), lanes_at(work, MOMENTA, m), lanes_at(a.w1[i], 0, m)
@@ -168,7 +168,7 @@ def sweep(a, weights, c, count, sizes, none):
         changed = extremes(less(w, new_w)) + extremes(less(pi, new_pi))
         moved = extended(changed, moved)
         if count < 2:
-            found = extended(extremes(new_w) + extremes(new_pi), found)
+            ranges = extended(extremes(new_w) + extremes(new_pi), ranges)
         turns = tuple([e[1] for e in forces])
         for first, values in ((0, new_w), (MOMENTA, new_pi), (MOVES, dw), (GAINS, gains)):
             put_lanes(work, first, values)
@@ -182,7 +182,7 @@ def sweep(a, weights, c, count, sizes, none):
                 worst = largest_here
                 a.totals[PLACE] = i
     if count < 2:
-        sizes = tuple([largest(e) for e in found])
+        sizes = tuple([largest(e) for e in ranges])
     return moved, sizes
 
 
@@ -203,11 +203,11 @@ def end_sites(a, weights, c):
     """
     off = 0.0
     for i in free_sites(a):
-        work, lost, given = a.work[i], row(a.w3, i, m), row(a.nu, i, m)
+        work, lost, momentum = a.work[i], row(a.w3, i, m), row(a.nu, i, m)
         sum_p = totals_of(lanes_at(work, GAINS, m))
         sum_f = totals_of(times(weights, lanes_at(work, TURNS, TURNING)))
         end = totals_of(lanes_at(work, MOVES, m))
-        last = tuple([(e + off_by) + mu for e, off_by, mu in zip(sum_p, lost, given)])
+        last = tuple([(e + off_by) + mu for e, off_by, mu in zip(sum_p, lost, momentum)])
         if RULE.shifted:
             more = RULE.shift(row(a.x, i, n), end, last, sum_p, sum_f, lost, c)
             save(work, SHIFT, more)
@@ -218,8 +218,8 @@ def end_sites(a, weights, c):
 
 def ends_of(a, i):
     """Return (w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep, π₁ with the correction of π₀ − μ."""
-    found = load(a.work[i], slice(ENDS, WORK))
-    return found[:m], found[m : 2 * m], found[2 * m : 3 * m], found[3 * m :]
+    ends = load(a.work[i], slice(ENDS, WORK))
+    return ends[:m], ends[m : 2 * m], ends[2 * m : 3 * m], ends[3 * m :]
 
 
 def finite_ends(a, status):
@@ -264,10 +264,10 @@ def balanced(terms):
     half = len(terms) // 2
     if half > 1:
         return balanced(terms[:half]) + balanced(terms[half:])
-    found = terms[0]  # `sum` would begin with 0, for Python one more sum of each lane
+    total = terms[0]  # `sum` would begin with 0, for Python one more sum of each lane
     for e in terms[1:]:
-        found = found + e
-    return found
+        total = total + e
+    return total
 
 
 @kernel

@@ -90,10 +90,10 @@ def bonds(a):
             yield first + k, second + k, bond + k
 
 
-def copy(out, given, width, a):
+def copy(out, source, width, a):
     """Copy an array to another on the free sites, in rows of the given width."""
     for i in free_sites(a):
-        put(out, i, row(given, i, width))
+        put(out, i, row(source, i, width))
 
 
 def largest_row(a, array, width):

@@ -43,13 +43,13 @@ def _in_energy(t: Expression, s: SceneSymbols) -> Expression:
     if not t.free_symbols & set(s.u):
         return absolute_terms(t)
     try:
-        found = _degrees(t, frozenset(s.u))
+        degrees = _degrees(t, frozenset(s.u))
     except _NoPolynomial:
         parts = sympy.Add.make_args(sympy.expand_mul(t))
         if len(parts) > 1:
             return sympy.Add(*[_in_energy(part, s) for part in parts])
         return sympy.Abs((jacobian([t], s.u) * s.u)[0] - t, evaluate=False)
-    return sympy.Add(*[max(1, abs(k - 1)) * size for k, size in found.items()])
+    return sympy.Add(*[max(1, abs(k - 1)) * size for k, size in degrees.items()])
 
 
 def _degrees(e: Expression, letters: frozenset[Letter]) -> Degrees:
@@ -57,11 +57,11 @@ def _degrees(e: Expression, letters: frozenset[Letter]) -> Degrees:
     if e in letters:
         return {1: sympy.Abs(e)}
     if e.is_Add:
-        found: dict[int, list[Expression]] = {}
+        terms: dict[int, list[Expression]] = {}
         for part in e.args:
             for k, size in _degrees(part, letters).items():
-                found.setdefault(k, []).append(size)
-        return {k: sympy.Add(*sizes) for k, sizes in found.items()}
+                terms.setdefault(k, []).append(size)
+        return {k: sympy.Add(*sizes) for k, sizes in terms.items()}
     if e.is_Mul:
         product: Degrees = {0: sympy.S.One}
         for part in e.args:
@@ -81,8 +81,8 @@ def _degrees(e: Expression, letters: frozenset[Letter]) -> Degrees:
 
 
 def _product(one: Degrees, other: Degrees) -> Degrees:
-    found: dict[int, list[Expression]] = {}
+    terms: dict[int, list[Expression]] = {}
     for j, a in one.items():
         for k, b in other.items():
-            found.setdefault(j + k, []).append(a * b)
-    return {k: sympy.Add(*sizes) for k, sizes in found.items()}
+            terms.setdefault(j + k, []).append(a * b)
+    return {k: sympy.Add(*sizes) for k, sizes in terms.items()}

@@ -48,9 +48,9 @@ class Arrows:
     @cached_property
     def of(self) -> DiscreteLagrangian:
         """The discrete Lagrangian, as a weighted sum of placed terms."""
-        found = DiscreteLagrangian(self.s, self.rule)
-        check_letters(found, self.rule)
-        return found
+        lagrangian = DiscreteLagrangian(self.s, self.rule)
+        check_letters(lagrangian, self.rule)
+        return lagrangian
 
     def altered(self, **maps: SymbolicMatrix) -> Arrows:
         """Return these arrows with other matrices for those named; the rest is derived anew."""
@@ -173,12 +173,12 @@ class Arrows:
     def slope_of_rows(self) -> NodeMatrix:
         """∂(E/h)/∂w, square; along e→, ∂F⁻/∂u · R, where L_d is given on the group."""
         if self.element is not None:
-            given = self.minus_along_right
+            slope = self.minus_along_right
         elif "slope" in self._altered:
-            given = self.slope
+            slope = self.slope
         else:
             return self.of.scope.jacobian(self.rows, [*self.of.u, *self.of.stages])
-        return [self._per_step(row) for row in self.of.graph.matrix(given)]
+        return [self._per_step(row) for row in self.of.graph.matrix(slope)]
 
     @cached_property
     def plus_of_rows(self) -> list[Node]:
@@ -193,8 +193,8 @@ class Arrows:
     def _nodes(self, name: str) -> list[Node]:
         if self.element is None and name not in self._altered:
             return self._derived[name]
-        given = self.stage_equations if name == "stages" else getattr(self, name)
-        return self.of.graph.column(given)
+        expressions = self.stage_equations if name == "stages" else getattr(self, name)
+        return self.of.graph.column(expressions)
 
     def _per_step(self, nodes: Iterable[Node]) -> list[Node]:
         """Return nodes/h, term by term."""

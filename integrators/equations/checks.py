@@ -79,12 +79,12 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     mass = {}
     if scene.has_lagrangian and not s.degenerate:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
-    found = singular(mass, s, s.x, w, scene)
-    if mass and not found and rule.nodes is not None and s.given is None:
+    directions = singular(mass, s, s.x, w, scene)
+    if mass and not directions and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
     slope = equations.discrete.slope_of_rows
-    found = singular({("FL", of_what): slope}, s, s.x, w, scene, equations.graph) | found
-    for (name, of_what), direction in found.items():
+    directions = singular({("FL", of_what): slope}, s, s.x, w, scene, equations.graph) | directions
+    for (name, of_what), direction in directions.items():
         other = ""
         if mass and next(iter(mass.values())).is_zero_matrix:
             other = " A Lagrangian linear in all velocities is given by one_form= and hamiltonian=."
@@ -112,11 +112,11 @@ def singular(
     (`start_sizes`). alike: entries of w that are rates, each with the entry of (x, μ) whose rate it
     is.
     """
-    found = dict.fromkeys(asked)
+    directions = dict.fromkeys(asked)
     for seed in range(3):
         point = random_point([*state, *w, *s.q], (*w, s.h), seed)
         if seed == 2:
-            if not found:
+            if not directions:
                 break
             sizes = start_sizes(s, scene)
             time = to_sympy(scene.duration)
@@ -127,12 +127,12 @@ def singular(
         if graph or any(m.free_symbols & s.constants.keys() for m in asked.values()):
             point |= s.constant_values(40)
         try:
-            values = {a: evaluate_matrix(asked[a], 30, point, graph) for a in found}
+            values = {a: evaluate_matrix(asked[a], 30, point, graph) for a in directions}
         except NotComputed:  # a run reports this, with the function that has to be changed
             return {}
-        found = {a: null_direction(matrix) for a, matrix in values.items()}
-        found = {a: direction for a, direction in found.items() if direction is not None}
-    return found
+        directions = {a: null_direction(matrix) for a, matrix in values.items()}
+        directions = {a: direction for a, direction in directions.items() if direction is not None}
+    return directions
 
 
 def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Expression]:
@@ -151,17 +151,17 @@ def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Expression]:
 
     x = filled(list(map(to_sympy, scene.x0)), sympy.Integer(1))
     v = filled(list(map(to_sympy, scene.v0)), max(x, default=sympy.Integer(1)) / time)
-    found = dict(zip([*s.position, *s.u, s.h], [*x, *v, to_sympy(scene.step)], strict=True))
-    found |= {e: time for e in [*s.x] if e not in found}
+    scales = dict(zip([*s.position, *s.u, s.h], [*x, *v, to_sympy(scene.step)], strict=True))
+    scales |= {e: time for e in [*s.x] if e not in scales}
     mu: Expressions = [] if scene.mu0 is None else list(map(to_sympy, scene.mu0))
     if scene.lagrangian is not None and scene.mu0 is None:
-        given = zip([*s.x], map(to_sympy, s.with_time(scene.x0)), strict=True)
-        at = dict(given) | {e: found[e] for e in s.u} | s.exact_parameters(scene)
+        start = zip([*s.x], map(to_sympy, s.with_time(scene.x0)), strict=True)
+        at = dict(start) | {e: scales[e] for e in s.u} | s.exact_parameters(scene)
         with suppress(NotComputed):
             mu = [e for e in evaluate_matrix(momentum(s), 30, at) if e.is_finite and e.is_real]
     if len(mu) != len(s.mu):
         mu = [sympy.Integer(1)] * len(s.mu)
-    return found | dict(zip(s.mu, filled(mu, sympy.Integer(1)), strict=True))
+    return scales | dict(zip(s.mu, filled(mu, sympy.Integer(1)), strict=True))
 
 
 def check_start(s: SceneSymbols, scene: Scene) -> None:
@@ -193,10 +193,10 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
 
 def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
     """Return the values of x, the velocity and the parameters at the start."""
-    given = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
-    found = dict(zip([*s.x, *s.u], given, strict=True)) | s.exact_parameters(scene)
+    numbers = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
+    values = dict(zip([*s.x, *s.u], numbers, strict=True)) | s.exact_parameters(scene)
     mu = [] if scene.mu0 is None else map(to_sympy, scene.mu0)
-    return found | dict(zip(s.mu, mu, strict=False))
+    return values | dict(zip(s.mu, mu, strict=False))
 
 
 def check_force(s: SceneSymbols, scene: Scene) -> None:
@@ -224,8 +224,8 @@ def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
     except NotComputed:  # a run reports this, with the function that has to be changed
         return
     if not (value.is_real and value.is_finite):
-        given = scene.hamiltonian is not None
-        noun, start = ("Hamiltonian", "x0, mu0") if given else ("Lagrangian", "x0, v0")
+        has_hamiltonian = scene.hamiltonian is not None
+        noun, start = ("Hamiltonian", "x0, mu0") if has_hamiltonian else ("Lagrangian", "x0, v0")
         raise BadInput(
             f"{scene.name}: its {noun} is no finite real number at "
             f"{'x0' if s.degenerate else start}; begin elsewhere, or give other parameters."
@@ -236,15 +236,15 @@ def check_two_form(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` if dϑ is singular everywhere, or at the start, or has no value there."""
     inverse_two_form(s)
     try:
-        found = evaluate_matrix(two_form(s), 30, _at_start(s, scene))
+        matrix = evaluate_matrix(two_form(s), 30, _at_start(s, scene))
     except NotComputed:  # a run reports this, with the function that has to be changed
         return
-    if not all(e.is_real and e.is_finite for e in found):
+    if not all(e.is_real and e.is_finite for e in matrix):
         raise BadInput(
             f"{scene.name}: dϑ of its one-form is no finite real number at x0; begin elsewhere, or "
             "give other parameters."
         )
-    if (direction := null_direction(found)) is not None:
+    if (direction := null_direction(matrix)) is not None:
         raise BadInput(
             f"{scene.name}: dϑ of its one-form is singular at x0, in the direction "
             f"({shown(direction)}), so no velocity follows from dϑ(·, ẋ) = dH; begin elsewhere."

@@ -117,9 +117,9 @@ class ConstrainedEquations(StepEquations):
                 "straight step and with its velocity u; take midpoint or trapezoidal, or a "
                 "composition of one that is its own adjoint."
             )
-        found = sympy.expand(sum((weight for weight, _ in self.asked), sympy.Integer(0)))
-        if found != self.h:
-            what = f"have the sum {found}" if self.asked else "are not known one by one"
+        total = sympy.expand(sum((weight for weight, _ in self.asked), sympy.Integer(0)))
+        if total != self.h:
+            what = f"have the sum {total}" if self.asked else "are not known one by one"
             raise BadInput(
                 f"{at} the weights of L {what}, and under constraints their sum has to be h, "
                 "exactly: write L(x, u)/6 and not 1/6*L(x, u), which is a float."
@@ -167,5 +167,5 @@ class ConstrainedEquations(StepEquations):
 
     def refused(self, name: str) -> CannotMeasure:
         """Return the refusal of `name`, which only a map of arrows has."""
-        held = f"{self.s.name} has constraints"
-        return CannotMeasure(f"{held}: a step is a map on (x, μ) and has no {name} of arrows.")
+        reason = f"{self.s.name} has constraints"
+        return CannotMeasure(f"{reason}: a step is a map on (x, μ) and has no {name} of arrows.")

@@ -45,11 +45,11 @@ def on_constraints(s: SceneSymbols, scene: Scene, t0: Exact = 0) -> Scene:
     numbers = arithmetic(DIGITS)
     with numbers.working():
         start = [_in(numbers, z) for z in (s.with_time(scene.x0, t0), scene.v0)]
-        gaps, found = _projected(s, scene, numbers, start)
+        gaps, projection = _projected(s, scene, numbers, start)
         far = [gap for gap in gaps if not gap.part <= UNITS * Fraction(1, 2**53)]
-        x0, v0 = found or start
+        x0, v0 = projection or start
         if far:
-            offered = {"x0": x0[: s.n], "v0": v0} if found else {}
+            offered = {"x0": x0[: s.n], "v0": v0} if projection else {}
             raise _refused(scene, far[0], offered)
         if all(gap.part <= MET for gap in gaps):
             return scene
@@ -64,10 +64,10 @@ def nearest_start(scene: Scene) -> Scene:
     s, numbers = SceneSymbols(scene), arithmetic(DIGITS)
     with numbers.working():
         start = [_in(numbers, z) for z in (s.with_time(scene.x0), scene.v0)]
-        gaps, found = _projected(s, scene, numbers, start)
-        if found is None:
+        gaps, projection = _projected(s, scene, numbers, start)
+        if projection is None:
             raise _refused(scene, gaps[-1], {})
-        x0, v0 = found
+        x0, v0 = projection
         return scene.with_values(x0=numbers.public(x0[: s.n]), v0=numbers.public(v0))
 
 
@@ -88,10 +88,10 @@ def check_on_constraints(
     finer = arithmetic(DIGITS)
     with finer.working():
         start = [_in(finer, numbers.public(part)) for part in z]
-        _, found = _projected(s, scene, finer, start)
+        _, projection = _projected(s, scene, finer, start)
         offered = {}
-        if found:
-            x0, v0 = map(finer.public, found)
+        if projection:
+            x0, v0 = map(finer.public, projection)
             near_by = scene.with_values(x0=x0[: s.n], v0=v0)
             t0 = x[-1] if s.clocked else 0
             offered = {"x0": x0[: s.n], "mu0": initial_momentum(s, near_by, finer, t0)}
@@ -180,11 +180,11 @@ def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Functi
         what = "dφ/dt at (x0, v0)"
     asked = [("φ(x0)", phi, 0), (what, A * s.u - a, 1)]
     arguments = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
-    found = []
+    constraints = []
     for what, rows, own in asked:
         if not len(rows):
             continue
         slope = jacobian(rows, column([*s.x, *s.u]))
         terms = [sympy.Add(*map(abs, sympy.Add.make_args(e))) for e in rows]
-        found.append((what, numeric(arguments, [list(rows), slope, terms], numbers), own))
-    return found
+        constraints.append((what, numeric(arguments, [list(rows), slope, terms], numbers), own))
+    return constraints

@@ -48,10 +48,10 @@ def constraint_shift(s: SceneSymbols, x: Column) -> Column:
 
 def reaction_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     """Return B, k×m, of the constraints' force Bᵀλ: A, unless a kind of constraint gives others."""
-    found = constraint_matrix(s, x)
+    matrix = constraint_matrix(s, x)
     for i, row in _given(s, tuple(x)).reactions:
-        found[i, :] = row.T
-    return found
+        matrix[i, :] = row.T
+    return matrix
 
 
 def vanishing_at_states(s: SceneSymbols) -> Column:
@@ -59,8 +59,8 @@ def vanishing_at_states(s: SceneSymbols) -> Column:
 
     Steps are compared with these: they do not use the rows that steps solve.
     """
-    found = constraint_matrix(s, s.x) * s.v - constraint_shift(s, s.x)
-    return constraint(s, s.x).col_join(found)
+    rows = constraint_matrix(s, s.x) * s.v - constraint_shift(s, s.x)
+    return constraint(s, s.x).col_join(rows)
 
 
 def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
@@ -75,8 +75,8 @@ def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
 
 def met_by_velocity(s: SceneSymbols, points: list[tuple[Expression, Column]]) -> Column:
     """Return Σ ω/h (A(x) u − a(x)) over points (ω, x), of the rows given for the velocity."""
-    found = [(weight / s.h, _given(s, tuple(x))) for weight, x in points]
-    terms = [weight * (given.rows * s.u - given.shift) for weight, given in found]
+    pairs = [(weight / s.h, _given(s, tuple(x))) for weight, x in points]
+    terms = [weight * (parts.rows * s.u - parts.shift) for weight, parts in pairs]
     return sum(terms[1:], terms[0])
 
 
@@ -109,16 +109,16 @@ def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
     """Return the parts of a constraint at a column x, as checked expressions."""
     time = (x[s.n],) if each.timed else ()
     s.refuse_attitude(each.function, "its constraint", s.parameters, *time)
-    given = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
+    answer = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
     words = "x, p and t" if each.timed else "x and p"
 
     def checked(entries: Iterable[Expression]) -> list[Expression]:
-        found = s.scalars(entries, "its constraint", each.function)
-        s.refuse_unknown(found, x.free_symbols, "its constraint", each.function, words)
-        return list(found)
+        scalars = s.scalars(entries, "its constraint", each.function)
+        s.refuse_unknown(scalars, x.free_symbols, "its constraint", each.function, words)
+        return list(scalars)
 
     try:
-        parts = each.kind.parts(given, len(s.u))
+        parts = each.kind.parts(answer, len(s.u))
     except BadInput as error:
         raise BadInput(f"{s.name}: {error}") from None
     except RAISED as error:

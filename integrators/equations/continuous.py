@@ -230,8 +230,8 @@ def pfaffian(A: SymbolicMatrix) -> Expression:
 def orientation(s: SceneSymbols) -> Expression:
     """Return the Pfaffian of A at x: where it changes its sign dϑ is singular."""
     A = two_form(s)
-    found = [pfaffian(A.extract(block, block)) for block in A.connected_components()]
-    return sympy.Mul(*found)
+    pfaffians = [pfaffian(A.extract(block, block)) for block in A.connected_components()]
+    return sympy.Mul(*pfaffians)
 
 
 def dirac_tensor(s: SceneSymbols) -> SymbolicMatrix:

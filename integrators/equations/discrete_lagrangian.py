@@ -77,20 +77,20 @@ class DiscreteLagrangian:
         """Return True if all values of L are at points of the straight step, which `asked` has."""
         return not self._curves
 
-    def _take_apart(self, given: Expression) -> None:
+    def _take_apart(self, formula: Expression) -> None:
         """Read L_d from an expression in x, u, s, q and in answers."""
         L = self.L
-        calls = sorted(given.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
+        calls = sorted(formula.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
         outer = [c for c in calls if not any(c in o.args or o.has(c) for o in calls if o is not c)]
         names = {c: sympy.Dummy(f"l{i}", real=True) for i, c in enumerate(outer)}
-        weighted = given.xreplace(names)
+        weighted = formula.xreplace(names)
         letters = list(names.values())
         weights = jacobian([weighted], letters)
         rest = weighted.xreplace(dict.fromkeys(letters, sympy.Integer(0)))
         linear = weighted - rest - sum(w * e for w, e in zip(weights, letters, strict=True))
         if weights.free_symbols - set(self.s.q) or linear.expand() != 0:
             # no weighted sum: derived as a whole, also by letters that a Subs or an integral binds
-            weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
+            weighted, names, weights = formula.xreplace({c: c.written_out() for c in outer}), {}, []
             weighted = weighted.doit()
         self.weighted = bool(len(weights)) and rest == 0
         if self.s.forced and not len(weights):
@@ -117,11 +117,11 @@ class DiscreteLagrangian:
             if covector
         ]
         row, at = graph.combined(pairs), 0
-        found = []
+        blocks = []
         for part in parts:
-            found.append([row.get(at + i, graph.number(0)) for i in range(len(part))])
+            blocks.append([row.get(at + i, graph.number(0)) for i in range(len(part))])
             at += len(part)
-        x, u, stages, *moved = found
+        x, u, stages, *moved = blocks
         if (self._curves or len(stages)) and not self.groupoid.canonical:  # sums over nodes
             u = self.scope.held_sums(u)
         return x, u, stages, moved

@@ -141,7 +141,7 @@ class DiscretisedScene:
         """The adjoint; raises `CannotMeasure` where only a `Scheme` has one."""
         raise self.refused("adjoint")
 
-    def modified_equation(self, *given: Any, **named: Any) -> Any:
+    def modified_equation(self, *arguments: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: only a `Scheme` has a modified equation."""
         raise self.refused("modified equation")
 

@@ -183,12 +183,12 @@ class DualSystem:
 
         Raises `BadInput` if more than `MOST_TERMS` terms are not zero.
         """
-        given = self.letters(z)
+        start = self.letters(z)
         letters = column([*self._s.x, *self._s.mu])
-        if tuple(given) != tuple(letters):
-            given = self._named("za", given)
-        swap = dict(zip(letters, given, strict=True))
-        new, size = self._shown(given), sympy.Integer(1)
+        if tuple(start) != tuple(letters):
+            start = self._named("za", start)
+        swap = dict(zip(letters, start, strict=True))
+        new, size = self._shown(start), sympy.Integer(1)
         for k, term in enumerate(self._series(part), 1):
             size = size * h / k
             new += size * self._shown(self._named("zt", column(replaced(term, swap))))
@@ -218,9 +218,9 @@ class DualSystem:
 
     def _part(self, part: Function) -> Expression:
         s = self._s
-        found = s.call(part, "a part of H", s.position, s.mu, s.parameters)
-        s.refuse_unknown(column([found]), {*s.x, *s.mu}, "a part of H", part, "x, mu and p")
-        return found
+        expression = s.call(part, "a part of H", s.position, s.mu, s.parameters)
+        s.refuse_unknown(column([expression]), {*s.x, *s.mu}, "a part of H", part, "x, mu and p")
+        return expression
 
     def _series(self, part: Function) -> list[Column]:
         """Return the derivatives of z along the field of a part of H, up to the last non-zero."""
@@ -229,17 +229,17 @@ class DualSystem:
             states = [*s.x, *s.mu]
             slope = jacobian([self._part(part)], states).T
             field = poisson_tensor(s, s.x, s.mu) * slope
-            found, term = list[Column](), field
+            series, term = list[Column](), field
             while first_violation(term) is not None:
-                if len(found) == MOST_TERMS:
+                if len(series) == MOST_TERMS:
                     raise BadInput(
                         f"{s.name}: the flow of the part {str(self._part(part))[:60]} is no "
                         "polynomial of the time, so it is not known: split H otherwise, such as "
                         "into T(mu) and V(x), or write the map with @one_step."
                     )
-                found.append(term)
+                series.append(term)
                 term = jacobian(list(term), states) * field
-            self._parts[part] = found
+            self._parts[part] = series
         return self._parts[part]
 
     def split(self, z: Column) -> tuple[Column, Column]:
@@ -305,15 +305,15 @@ class DualSystem:
 
     # -- letters ---------------------------------------------------------------------------------
 
-    def letters(self, given: Iterable[Expression]) -> Column:
+    def letters(self, entries: Iterable[Expression]) -> Column:
         """Return a map's expressions, with the letters that its answers stand for.
 
         Raises `BadInput` if the map replaced a part of an answer.
         """
-        found = replaced(map(floats_exact, given), {seen: e for e, seen in self._seen.items()})
-        if any(isinstance(part, _answer()) for part in parts_of(found)):
+        formulas = replaced(map(floats_exact, entries), {seen: e for e, seen in self._seen.items()})
+        if any(isinstance(part, _answer()) for part in parts_of(formulas)):
             raise BadInput("it replaces letters in what s gave: ask s again, at the other state.")
-        return column(found)
+        return column(formulas)
 
     def _shown(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
         """Return the matrix for the map: its letters become answers, which know their letters."""
@@ -334,18 +334,18 @@ class DualSystem:
     def _check(self, z: Column) -> None:
         shape = getattr(z, "shape", None)
         if shape != (self.n + self.m, 1):
-            given = f"a {shape[0]}×{shape[1]} matrix" if shape and len(shape) == 2 else shown(z)
-            raise BadInput(f"the map asks at {given}, but a state has {self.n + self.m} entries.")
+            place = f"a {shape[0]}×{shape[1]} matrix" if shape and len(shape) == 2 else shown(z)
+            raise BadInput(f"the map asks at {place}, but a state has {self.n + self.m} entries.")
 
     def _at(self, z: Column) -> Point:
         self._check(z)
-        given = self.letters(z)
-        values = tuple(given)
+        state = self.letters(z)
+        values = tuple(state)
         if values not in self._points:
             s = self._s
             if values != (*s.x, *self._mu):
-                given = self._named("za", given)
-            at = Point(given[: self.n, :], given[self.n :, :], s.u)
+                state = self._named("za", state)
+            at = Point(state[: self.n, :], state[self.n :, :], s.u)
             closed = closed_velocity(s)
             if closed is None:
                 at.xi = vector(f"zv{len(self.velocities)}", self.m)

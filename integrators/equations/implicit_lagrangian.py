@@ -55,8 +55,8 @@ def with_momenta(s: SceneSymbols, rule: Discretisation) -> Discretisation:
     def formula(
         L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter, s: list[Column]
     ) -> Expression:
-        given = [s[:own]] if own else []
-        return rule.formula(_Stationary(L.s, s[own:]), G, x, u, h, *given)
+        own_stages = [s[:own]] if own else []
+        return rule.formula(_Stationary(L.s, s[own:]), G, x, u, h, *own_stages)
 
     formula.__wrapped__ = rule.formula  # type: ignore[attr-defined]  # whose lines messages name
     return replace(rule, formula=formula, stages=own + counted.asked, nodes=None)

@@ -48,19 +48,19 @@ class LegendreInverse:
         self, x: Matrix, mu: Matrix, p: Sequence[Number | Vector], start: Matrix
     ) -> np.ndarray:
         if self.closed and self.double:
-            found = np.asarray(self._maps(x.T, mu.T, p), dtype=float)
-            return np.broadcast_to(found.T, mu.shape)
+            velocities = np.asarray(self._maps(x.T, mu.T, p), dtype=float)
+            return np.broadcast_to(velocities.T, mu.shape)
         if self.closed:
             return np.array([self._maps(*at, p) for at in zip(x, mu, strict=True)])
         if self.quadratic:
             start = 0 * mu
         if not self.double:
             return np.array([self._row(*at, p) for at in zip(x, mu, start, strict=True)])
-        found, size = np.empty(mu.shape), max(1, ENTRIES // mu.shape[1] ** 2)
+        velocities, size = np.empty(mu.shape), max(1, ENTRIES // mu.shape[1] ** 2)
         for first in range(0, len(mu), size):
             part = slice(first, first + size)
-            found[part] = self._rows(x[part], mu[part], _of(p, part), start[part])
-        return found
+            velocities[part] = self._rows(x[part], mu[part], _of(p, part), start[part])
+        return velocities
 
     def _row(self, x: Vector, mu: Vector, start: Vector, p: Sequence[Number | Vector]) -> Vector:
         """Solve one row, in any arithmetic."""
@@ -70,8 +70,8 @@ class LegendreInverse:
             return self.numbers.solve(mass, mu - value)
 
         eps = self.numbers.eps
-        found = newton(change, start, max(map(abs, start), default=0), eps)
-        return start * np.inf * 0 if found is None else found
+        velocity = newton(change, start, max(map(abs, start), default=0), eps)
+        return start * np.inf * 0 if velocity is None else velocity
 
     def _rows(
         self, x: Matrix, mu: Matrix, p: Sequence[Number | Vector], start: Matrix
@@ -80,13 +80,13 @@ class LegendreInverse:
         left, mass = self._left(x, start, mu, p)
         if self.quadratic:
             return start + _solved(mass, left)
-        found = np.full(mu.shape, np.nan)
+        velocities = np.full(mu.shape, np.nan)
         rows = np.arange(len(mu))
         xi, size = start, np.abs(start).sum(axis=1)
         for _ in range(MOST):
             step = _solved(mass, left)
             done = np.abs(step).sum(axis=1) <= LAST * size
-            found[rows[done]] = (xi + step)[done]
+            velocities[rows[done]] = (xi + step)[done]
             kept = ~done & np.isfinite(step).all(axis=1)
             if not kept.any():
                 break
@@ -103,7 +103,7 @@ class LegendreInverse:
             new[worse] = np.nan
             xi, left = xi + part[:, None] * step, new
             size = np.maximum(size, np.abs(xi).sum(axis=1))
-        return found
+        return velocities
 
     def _left(
         self, x: Matrix, xi: Matrix, mu: Matrix, p: Sequence[Number | Vector]

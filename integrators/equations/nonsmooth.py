@@ -46,8 +46,8 @@ def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Expression]:
 
     Returns its name, and the expression.
     """
-    given = s.hamiltonian
-    noun, value = ("Lagrangian", s.lagrangian) if given is None else ("Hamiltonian", given)
+    H = s.hamiltonian
+    noun, value = ("Lagrangian", s.lagrangian) if H is None else ("Hamiltonian", H)
     s.scalars([value], f"its {noun}", scene.lagrangian)
     if s.degenerate:
         _ = s.one_form
@@ -87,8 +87,8 @@ def _refusal(what: str, function: Function | None) -> BadInput:
 
 def _breaks(e: Expression, letters: set[Letter] | None = None) -> bool:
     """True if the expression is made of pieces, of functions of the letters if some are given."""
-    found = e.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Piecewise)
-    return any(letters is None or part.free_symbols & letters for part in found)
+    pieces = e.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Piecewise)
+    return any(letters is None or part.free_symbols & letters for part in pieces)
 
 
 def _line(function: Function | None) -> str:

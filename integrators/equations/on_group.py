@@ -31,8 +31,8 @@ class Element:
     Raises `BadInput` unless the groupoid is a matrix group or an action of one, with real matrices.
     """
 
-    def __init__(self, given: OnGroup, s: SceneSymbols) -> None:
-        self.given, self.s = given, s
+    def __init__(self, lagrangian: OnGroup, s: SceneSymbols) -> None:
+        self.given, self.s = lagrangian, s
         self.groupoid: Any = s.groupoid
         if not isinstance(s.groupoid, RetractionGroupoid) or s.groupoid.algebra.is_complex:
             raise BadInput(

@@ -44,12 +44,12 @@ class OneStepEquations(StepEquations):
         with_stages = rule.stages > 0
         self._place = line_of(rule.formula)
         if with_stages:
-            given = self._asked(self.state, self.h, main)
-            pair = isinstance(given, tuple) and len(given) == 2
-            if not pair or not hasattr(given[1], "__len__") or len(given[1]) != rule.stages:
+            answer = self._asked(self.state, self.h, main)
+            pair = isinstance(answer, tuple) and len(answer) == 2
+            if not pair or not hasattr(answer[1], "__len__") or len(answer[1]) != rule.stages:
                 raise self._bad(f"has stages: return Z, [{rule.stages} residuals]")
-            rows = column([e for part in given[1] for e in self._state(part, "a residual")])
-            new = self._state(given[0], "Z")
+            rows = column([e for part in answer[1] for e in self._state(part, "a residual")])
+            new = self._state(answer[0], "Z")
         else:
             D, new = main[0], self.state + self.h * main[0]
             if rule.implicit:
@@ -78,13 +78,13 @@ class OneStepEquations(StepEquations):
     @cached_property
     def step(self) -> Step:
         """One step as data; it is explicit too where rows give their unknowns one after another."""
-        found = None
+        formulas = None
         if not self.explicit and all(kind != "velocity" for kind, _ in self.unknowns):
             known = self.graph.letters_below([*self.rows, *self.increment])
-            found = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
-        if found is None:
+            formulas = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
+        if formulas is None:
             return super().step
-        w, values, increment, gain = found
+        w, values, increment, gain = formulas
         return self._step(
             w=tuple(w), rows=w - values, slope=sympy.eye(len(w)), increment=increment, gain=gain,
             wanted=tuple(0 * w), explicit=True,
@@ -94,13 +94,13 @@ class OneStepEquations(StepEquations):
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
         slopes = (part for kind, part in self.unknowns if kind == "slope")
         alike = [dict(zip(part, self.state, strict=True)) for part in slopes]
-        found = singular({"": self.slope}, self.s, self.z, self.w, scene, self.graph, alike)
-        if not found:
+        directions = singular({"": self.slope}, self.s, self.z, self.w, scene, self.graph, alike)
+        if not directions:
             return
         unknowns = "its stages" if self.rule.stages else "the new Z"
         raise self._bad(
             f"does not determine {unknowns}: its residual is singular in the direction "
-            f"({shown(found[''])})"
+            f"({shown(directions[''])})"
         )
 
     # -- asking the map --------------------------------------------------------------------------
@@ -108,20 +108,20 @@ class OneStepEquations(StepEquations):
     def _asked(self, *arguments: Column | Letter | list[Column]) -> Any:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 
-    def _state(self, given: Any, what: str) -> Column:
+    def _state(self, answer: Any, what: str) -> Column:
         """Return a column of n+m expressions; raises `BadInput` for any other shape."""
-        shape = getattr(given, "shape", None)
+        shape = getattr(answer, "shape", None)
         # an array without axes has no entries
-        several = hasattr(given, "__iter__") if shape is None else shape
-        entries = list(given) if several else [given]
+        several = hasattr(answer, "__iter__") if shape is None else shape
+        entries = list(answer) if several else [answer]
         size = len(self.state)
         if len(entries) != size or (shape is not None and 1 not in shape):
-            found = f"{'×'.join(map(str, shape))}" if shape else f"{len(entries)}"
-            found = "None" if given is None else f"of shape {found}"
+            form = f"{'×'.join(map(str, shape))}" if shape else f"{len(entries)}"
+            form = "None" if answer is None else f"of shape {form}"
             parts = f"{len(self.x)} of x and {len(self.u)} of μ"
             state = f"(x, μ) has {size} entries, {parts}"
             state = f"x has {size} entries" if self.s.degenerate else state
-            raise self._bad(f"gives {what} {found}; a state {state}")
+            raise self._bad(f"gives {what} {form}; a state {state}")
         if any(hasattr(e, "shape") or isinstance(e, list | tuple) for e in entries):
             raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
         scalars = self.s.scalars(entries, f"map {self.rule.name}: {what}", self.rule.formula)
@@ -169,20 +169,20 @@ def explicit_rows(
     the values of other letters.
     """
     values = dict(known)
-    given: dict[Letter, Expression] = {}
+    definitions: dict[Letter, Expression] = {}
     for letter, row in zip(w, rows, strict=True):
         rest = letter - row
         if letter in symbols_of([rest]):
             return None
-        given[letter] = rest
-    found = _written_out(list(w), values | given, {})
-    if found is None:
+        definitions[letter] = rest
+    solutions = _written_out(list(w), values | definitions, {})
+    if solutions is None:
         return None
     moving = {*z[len(y) :]}
-    kept = [e for e, value in zip(w, found, strict=True) if symbols_of([value]) & moving]
+    kept = [e for e, value in zip(w, solutions, strict=True) if symbols_of([value]) & moving]
     if not kept:
         return None
-    values |= {e: value for e, value in zip(w, found, strict=True) if e not in kept}
+    values |= {e: value for e, value in zip(w, solutions, strict=True) if e not in kept}
     grown = [a - b for a, b in zip(new, z, strict=True)]
     n = len(y)
     increment = _written_out(grown[:n], values, {})
@@ -193,7 +193,7 @@ def explicit_rows(
     gain = _written_out(grown[n:], values, ends)
     if gain is None:
         return None
-    formulas = dict(zip(w, found, strict=True))
+    formulas = dict(zip(w, solutions, strict=True))
     return column(kept), column(formulas[e] for e in kept), column(increment), column(gain)
 
 
@@ -222,5 +222,5 @@ def _written_out(
     for e in symbols_of(wanted) & values.keys():
         if of(e) is None:
             return None
-    found = replaced(wanted, known.copy())
-    return found if sum(sympy.count_ops(e) for e in found) <= MOST else None
+    expressions = replaced(wanted, known.copy())
+    return expressions if sum(sympy.count_ops(e) for e in expressions) <= MOST else None

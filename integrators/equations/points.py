@@ -85,8 +85,8 @@ def difference(graph: Graph, one: NodeMatrix, other: NodeMatrix) -> NodeMatrix:
 
     Those of functions of ours cancel unexpanded: multiplying their factors out would take long.
     """
-    found = (graph.minus(*rows) for rows in zip(one, other, strict=True))
-    return [[e if opaque(graph.order([e])) else graph.expanded(e) for e in row] for row in found]
+    matrix = (graph.minus(*rows) for rows in zip(one, other, strict=True))
+    return [[e if opaque(graph.order([e])) else graph.expanded(e) for e in row] for row in matrix]
 
 
 def gradient_along(

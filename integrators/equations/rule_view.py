@@ -90,8 +90,8 @@ class GroupoidForRule:
             return dw.applyfunc(floats_exact)
         return self._each(self.Velocity, len(dw), *x, *w, *dw, h)
 
-    def _check(self, *given: tuple[Column, int, str]) -> None:
-        for entries, length, name in given:
+    def _check(self, *arguments: tuple[Column, int, str]) -> None:
+        for entries, length, name in arguments:
             if len(entries) != length:
                 raise BadInput(
                     f"the rule asks {self.groupoid.name} with {len(entries)} entries for {name}, "
@@ -99,8 +99,8 @@ class GroupoidForRule:
                 )
 
     def _each(self, kind: type, length: int, *arguments: Expression) -> Column:
-        given = [floats_exact(a) for a in arguments]
-        answers = (kind(i, *given) for i in range(length))
+        expressions = [floats_exact(a) for a in arguments]
+        answers = (kind(i, *expressions) for i in range(length))
         return column(a.written_out() if self.written else a for a in answers)
 
 
@@ -149,11 +149,11 @@ class LagrangianForRule:
     def mass(self, x: Column) -> SymbolicMatrix:
         """Return ∂²l/∂u∂u at (x, 0), m×m, on a pair groupoid."""
         self._check("mass", x)
-        found = self.part("mass", x)
-        if self.written or not found.free_symbols & x.free_symbols:
-            return found
+        mass = self.part("mass", x)
+        if self.written or not mass.free_symbols & x.free_symbols:
+            return mass
         m = len(self.s.u)
-        return sympy.Matrix(m, m, lambda i, j: self.Mass(i, j, *x) if found[i, j] else 0)
+        return sympy.Matrix(m, m, lambda i, j: self.Mass(i, j, *x) if mass[i, j] else 0)
 
     def part(self, name: str, x: Column) -> SymbolicMatrix:
         """Return the gradient of V or the mass at any column x, written out."""

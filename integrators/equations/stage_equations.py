@@ -85,12 +85,12 @@ def stage_source(s: SceneSymbols, nodes: Nodes) -> StageSource:
     A user's function may have other derivatives later; with one it is identified by itself.
     """
     maps = _Maps.of(s)
-    given = (s.name, *(getattr(s, letters) for letters in ("q", "x", "u")), s.lagrangian, s.force)
+    key = (s.name, *(getattr(s, letters) for letters in ("q", "x", "u")), s.lagrangian, s.force)
     derived = cache(partial(_derived, s, nodes, maps))
     holding = (s.lagrangian, *s.force, *maps.L, *maps.target)
     functions = {type(f).__module__ for f in sympy.Tuple(*holding).atoms(sympy.Function)}
     if {str(module).partition(".")[0] for module in functions} <= {"sympy", *OURS}:
-        return StageSource(s.name, nodes, (*given, maps), derived)
+        return StageSource(s.name, nodes, (*key, maps), derived)
     return StageSource(s.name, nodes, (derived(),), derived)
 
 

@@ -52,8 +52,8 @@ def vector(letter: str, length: int) -> Column:
 
 def column(entries: Iterable[Expression]) -> Column:
     """Return the entries as a column, n×1 also for none."""
-    given = list(entries)
-    return sympy.Matrix(len(given), 1, given)
+    items = list(entries)
+    return sympy.Matrix(len(items), 1, items)
 
 
 def times(one: SymbolicMatrix, other: SymbolicMatrix) -> SymbolicMatrix:
@@ -225,8 +225,8 @@ class SceneSymbols:
         """Return a point of `position` with the time t behind it if x contains one."""
         if not self.clocked or not np.iterable(x):  # other values are refused elsewhere
             return x
-        given = list(x)
-        return [*given, t] if len(given) == self.n else given
+        point = list(x)
+        return [*point, t] if len(point) == self.n else point
 
     def call(self, function: Function, what: str, *arguments: Any) -> Expression:
         """Return the scalar that a user's function gives for symbols.
@@ -287,13 +287,13 @@ class SceneSymbols:
 
     def scalars(self, values: GivenVector, what: str, function: Function | None) -> Column:
         """Return a column of `scalar`s; raises `BadInput` also if one is not finite and real."""
-        found = column(self.scalar(e, what, function) for e in values)
-        if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
+        scalars = column(self.scalar(e, what, function) for e in values)
+        if scalars.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
             raise BadInput(
                 f"{self._at(function, what)} is not finite and real: write it without a division "
                 "by 0, nan, oo and I."
             )
-        return found
+        return scalars
 
     @cached_property
     def lagrangian(self) -> Expression:
@@ -311,12 +311,12 @@ class SceneSymbols:
         """
         if self._hamiltonian is None:
             return None
-        found, what = self.hamiltonian_at(self.x, self.mu), "its Hamiltonian"
+        expression, what = self.hamiltonian_at(self.x, self.mu), "its Hamiltonian"
         words, known = "x, mu, p and t", {*self.x, *self.mu}
         if self.degenerate:
             words, known = "x and p", {*self.x}
-        self.refuse_unknown(column([found]), known, what, self._hamiltonian, words)
-        return found
+        self.refuse_unknown(column([expression]), known, what, self._hamiltonian, words)
+        return expression
 
     def hamiltonian_at(self, x: Column, mu: Column) -> Expression:
         """Return H at any columns x and μ, for a scene that gives it."""
@@ -372,10 +372,10 @@ class SceneSymbols:
         pose = vector("pose", size * size)
         for x in (pose, pose.reshape(size, size)):
             try:
-                given = summing_at_once(function)(x, *rest)
+                answer = summing_at_once(function)(x, *rest)
             except Exception:  # a call with the empty x reports any error
                 continue
-            if _letters_in(given) & {*pose}:
+            if _letters_in(answer) & {*pose}:
                 here = "this groupoid, which has no base; write it without x."
                 if algebra is not None:
                     here = (
@@ -399,15 +399,15 @@ class SceneSymbols:
 
     def _components(self, function: Any, what: str, words: str, *arguments: Any) -> Column:
         """Return the m components that a user's function gives, as finite expressions."""
-        given = self.evaluated(function, what, *arguments)
-        found = self.scalars(entries_of(given), what, function)
-        if len(found) != len(self.u):
+        answer = self.evaluated(function, what, *arguments)
+        entries = self.scalars(entries_of(answer), what, function)
+        if len(entries) != len(self.u):
             raise BadInput(
-                f"{self._at(function, what)} has {len(found)} components, but the velocity has "
+                f"{self._at(function, what)} has {len(entries)} components, but the velocity has "
                 f"{len(self.u)}: give one for each."
             )
-        self.refuse_unknown(found, {*self.x, *self.u}, what, function, words)
-        return found
+        self.refuse_unknown(entries, {*self.x, *self.u}, what, function, words)
+        return entries
 
     def conserved(
         self, quantity: Conserved, x: SymbolicMatrix | None = None, h: Expression | None = None
@@ -417,17 +417,17 @@ class SceneSymbols:
         Raises `BadInput` as `call` does, and for unknown letters.
         """
         x, h = self.position if x is None else x, self.h if h is None else h
-        given = self.evaluated(quantity.at, quantity.name, x, self.mu, self.parameters, h)
-        found = [self.scalar(e, quantity.name, quantity.formula) for e in entries_of(given)]
+        answer = self.evaluated(quantity.at, quantity.name, x, self.mu, self.parameters, h)
+        entries = [self.scalar(e, quantity.name, quantity.formula) for e in entries_of(answer)]
         known, words = {*x, *self.mu, self.h}, "x, mu, p and h"
-        self.refuse_unknown(column(found), known, quantity.name, quantity.formula, words)
-        return found
+        self.refuse_unknown(column(entries), known, quantity.name, quantity.formula, words)
+        return entries
 
     def refuse_unknown(
-        self, given: Column, known: set[Letter], what: str, function: Function | None, words: str
+        self, entries: Column, known: set[Letter], what: str, function: Function | None, words: str
     ) -> None:
         """Raise `BadInput` for letters beside the known ones and parameters."""
-        if foreign := given.free_symbols - known - {*self.parameter_list}:
+        if foreign := entries.free_symbols - known - {*self.parameter_list}:
             raise BadInput(
                 f"{self._at(function, what)} holds the unknown symbol {min(map(str, foreign))}; "
                 f"write it with {words}."
@@ -461,15 +461,15 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
     Python adds one after another, and sympy sorts all of the terms again each time: five hundred
     springs take 1.5 s instead of 0.02.
     """
-    given = list(terms)
+    summands = list(terms)
     if (
-        given
+        summands
         and isinstance(start, int)
         and start == 0
-        and all(isinstance(e, sympy.Expr) for e in given)
+        and all(isinstance(e, sympy.Expr) for e in summands)
     ):
-        return sympy.Add(*given)
-    return sum(given, start)
+        return sympy.Add(*summands)
+    return sum(summands, start)
 
 
 def summing_at_once(function: Function) -> Function:

@@ -45,10 +45,10 @@ class ForcePoint:
             return by_u / s.h - by_x, by_u / s.h, jacobian(place, stages) / s.h if count else none
         if self.point == s.x:
             return -one, 0 * one, sympy.zeros(len(s.u), count)
-        given = answers_of(self.asked, self.of.G.Target)
-        assert given is not None  # any other point has been refused
-        n, h = len(s.x), given[-1]
-        base, w = (column(map(written, part)) for part in (given[:n], given[n:-1]))
+        arguments = answers_of(self.asked, self.of.G.Target)
+        assert arguments is not None  # any other point has been refused
+        n, h = len(s.x), arguments[-1]
+        base, w = (column(map(written, part)) for part in (arguments[:n], arguments[n:-1]))
         back, moved, start = g.inverse_left(base, w, h), jacobian(w, s.u), g.R(base, w, h)
         right, left = (h / s.h * back * moved * field for field in (R, L))
         bent = h / s.h * back * jacobian(w, stages) if count else none
@@ -59,13 +59,13 @@ class ForcePoint:
 
 def force_points(of: DiscreteLagrangian) -> list[ForcePoint]:
     """Return every point of a step where the force acts."""
-    s, n, found = of.s, len(of.s.x), []
+    s, n, points = of.s, len(of.s.x), []
     for weight, call in of.asked:
         asked = column(call.args[:n])
         place = [written(e) for e in call.args]
         force = s.force.xreplace(dict(zip([*s.x, *s.u], place, strict=True)))
-        found.append(ForcePoint(of, asked, column(place[:n]), written(weight) * force))
-    return found
+        points.append(ForcePoint(of, asked, column(place[:n]), written(weight) * force))
+    return points
 
 
 def discrete_force(of: DiscreteLagrangian) -> tuple[Column, Column, Column]:
@@ -73,9 +73,9 @@ def discrete_force(of: DiscreteLagrangian) -> tuple[Column, Column, Column]:
 
     They are m×1, m×1 and one entry per stage's.
     """
-    found = [0 * of.s.u, 0 * of.s.u, sympy.zeros(len(of.s.stages), 1)]
+    parts = [0 * of.s.u, 0 * of.s.u, sympy.zeros(len(of.s.stages), 1)]
     for acting in force_points(of):
         for i, moved in enumerate(acting.displacement):
-            found[i] += moved.T * acting.force
-    minus, plus, stages = found
+            parts[i] += moved.T * acting.force
+    minus, plus, stages = parts
     return minus, plus, stages

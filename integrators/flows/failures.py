@@ -130,10 +130,10 @@ def check_two_form(context: StepContext, rows: Trajectory, first: int = 0) -> No
 
     No motion goes through a singular dϑ, but a step may. first: the step at which the rows begin.
     """
-    found = _orientation(context.equations.s)(
+    signs = _orientation(context.equations.s)(
         np.asarray(rows.x, dtype=float).T, [float(e) for e in context.scene.parameter_values]
     )
-    turned = np.flatnonzero(np.sign(np.broadcast_to(found, len(rows.x))) != np.sign(found).flat[0])
+    turned = np.flatnonzero(np.sign(np.broadcast_to(signs, len(rows.x))) != np.sign(signs).flat[0])
     if len(turned):
         k = int(turned[0])
         with context.numbers.working():  # rows have the numbers that users see

@@ -188,16 +188,16 @@ class FreeMotion:
         again.begin(min(run.every, run.steps - first), 1)
         while not (again.ended or again.advance()):
             pass
-        columns, found = (again.arrays.xs, again.arrays.mus), ""
+        columns, detail = (again.arrays.xs, again.arrays.mus), ""
         for k in range(min(again.index, again.arrays.steps) + 1):
             lost = [f"{name}[{i}]" for name, rows in zip(("x", "mu"), columns, strict=True)
                     for i in np.flatnonzero(~finite(rows[k]))]  # fmt: skip
             if lost:
-                found, first = f", first {lost[0]}", first + k - 1
+                detail, first = f", first {lost[0]}", first + k - 1
                 x, mu = (rows[k - 1] for rows in columns)
                 break
         run.index = first
-        said = f"the numbers are no longer finite{found}"
+        said = f"the numbers are no longer finite{detail}"
         return context.failure(said, {"x": x, "mu": mu}, first, self.rows_of(good))
 
     def rows_of(self, count: int) -> Trajectory:
@@ -247,8 +247,8 @@ class FreeMotion:
             return us[:, :m]
         near = np.repeat(context.vector(context.scene.v0, m)[None], count, axis=0)
         with self.numbers.working():
-            found: Matrix = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
-        return found
+            velocities: Matrix = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
+        return velocities
 
     @property
     def _solver(self) -> str:

@@ -19,17 +19,17 @@ def latex_of(scheme: DiscretisedScene) -> str | None:
     one-step maps.
     """
     lines = []
-    given: list[tuple[str, Expression]] = []
+    equations: list[tuple[str, Expression]] = []
     if scheme.s.hamiltonian is not None and not scheme.s.degenerate:
-        given.append(("H(x, mu)", scheme.s.hamiltonian))
+        equations.append(("H(x, mu)", scheme.s.hamiltonian))
     elif scheme.scene.lagrangian is not None:
-        given.append(("l(x, u)", scheme.s.lagrangian))
+        equations.append(("l(x, u)", scheme.s.lagrangian))
     if _has_arrows(scheme):
         momenta = (sympy.expand_mul(e / scheme.s.h) for e in scheme.legendre_minus)
-        given.append(("L_d(x, u)", scheme.discrete_lagrangian))
-        given += [(_letter(mu), e) for mu, e in zip(scheme.s.mu, momenta, strict=True)]
-        given += [("0", e) for e in scheme.residual]
-    for left, e in given:
+        equations.append(("L_d(x, u)", scheme.discrete_lagrangian))
+        equations += [(_letter(mu), e) for mu, e in zip(scheme.s.mu, momenta, strict=True)]
+        equations += [("0", e) for e in scheme.residual]
+    for left, e in equations:
         if sympy.count_ops(e) <= LARGEST:
             lines.append(f"{left} &= {_latex(e, scheme.s)}")
     if not lines:

@@ -158,8 +158,8 @@ def of_pullback(context: StepContext, x: Numbers, u: Numbers, near: Vector) -> N
         v = arrow_from(exactly, at["target"], at["plus"] / exactly.h, near)
         here, there = geometry.tracked(x, u), geometry.tracked(at["target"], v)
         tangent, root = geometry.tangent(here, there), exactly.numbers.eps**0.5
-        found = pullback_defect(geometry, here, there, tangent, root)
-    return _public_number(context, found)
+        defect = pullback_defect(geometry, here, there, tangent, root)
+    return _public_number(context, defect)
 
 
 def of_poisson(
@@ -178,10 +178,10 @@ def of_poisson(
         x, mu = exactly.vectors(x, mu)
         step = step_from(exactly, x, mu, _start(exactly, guess))
         root = exactly.numbers.eps**0.5
-        found = poisson_defect(exactly.geometry, x, mu, step, sign, root)
-        if found != found:  # the step leads to where something has no value
+        defect = poisson_defect(exactly.geometry, x, mu, step, sign, root)
+        if defect != defect:  # the step leads to where something has no value
             raise exactly.failure("the form has no value where the step ends", {"x": x, "mu": mu})
-    return _public_number(context, found)
+    return _public_number(context, defect)
 
 
 def of_step(context: StepContext, before: State, after: State, guess: Numbers | None) -> Number:
@@ -190,8 +190,8 @@ def of_step(context: StepContext, before: State, after: State, guess: Numbers | 
     with exactly.numbers.working():
         (x, mu), taken = exactly.vectors(*before), exactly.vectors(*after)
         *wanted, bound = round_off_from(exactly, x, mu, _start(exactly, guess))
-        found = in_round_offs(np.concatenate(wanted) - np.concatenate(taken), bound)
-    return _public_number(context, found)
+        gap = in_round_offs(np.concatenate(wanted) - np.concatenate(taken), bound)
+    return _public_number(context, gap)
 
 
 def return_defect(
@@ -212,8 +212,8 @@ def return_defect(
         *again, bound = round_off_from(home, after_x, after_mu, start, errors)
         ends = [again, *(there.vectors(*run) for run in returned)]
         gaps = [np.concatenate(end) - np.concatenate([at, momentum]) for end in ends]
-        found = in_round_offs(np.concatenate(gaps), np.concatenate([bound] * len(gaps)))
-    return _public_number(forth.context, found)
+        gap = in_round_offs(np.concatenate(gaps), np.concatenate([bound] * len(gaps)))
+    return _public_number(forth.context, gap)
 
 
 def form_change_defects(
@@ -235,8 +235,8 @@ def form_change_defects(
         begin = at, momentum, _start(context, u0)
         change = reduce(FormChange.then, (e for e, _ in _substeps(context, form_change, *begin)))
         grown, off = change.volume(context.numbers)
-        found = change.defect(context.numbers.eps**0.5), off, grown
-    defect, off, grown = (_public_number(flow.context, e) for e in found)
+        triple = change.defect(context.numbers.eps**0.5), off, grown
+    defect, off, grown = (_public_number(flow.context, e) for e in triple)
     return defect, off, grown
 
 
@@ -266,8 +266,8 @@ def _of_restricted(
     with context.numbers.working():
         at, near = context.vectors(x, mu), _start(context, u0)
         asked = partial(restricted_defect, sign=sign, forced=forced)
-        found = _from(context, asked, *at, near)
-    return _public_number(of, found)
+        defect = _from(context, asked, *at, near)
+    return _public_number(of, defect)
 
 
 def _start(context: StepContext, guess: Numbers | None) -> Vector:

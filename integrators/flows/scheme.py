@@ -32,14 +32,14 @@ class Scheme(DiscretisedScene):
         if self.scene.contact is not None:
             check_gaps(self.equations.s, self.scene)
 
-    def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
+    def __new__(cls, scene: Any = None, *arguments: Any, **named: Any) -> Any:
         """Return what the scene's own `discretise` makes of the rule, or the rule's of the scene.
 
         A lattice has one, and a rule without a formula; that of a `Scene` is this class.
         """
         if cls is Scheme:  # subclasses check their own arguments: the second may be no rule
             check_names("Scheme", named, ("scene", "rule", "equations"))
-            rule: Any = given[0] if given else named.get("rule")
+            rule: Any = arguments[0] if arguments else named.get("rule")
             asked: tuple[tuple[object, Any], ...] = ((scene, rule), (rule, scene))
             for one, other in () if isinstance(scene, Discretisation) else asked:
                 if hasattr(one, "discretise") and not isinstance(one, type | Scene):
@@ -115,8 +115,8 @@ class Scheme(DiscretisedScene):
         """
         if (method := self.rule.method) is not None:
             of_base = self.base.order
-            found = None if of_base is None else method.order_over(of_base, self.base.self_adjoint)
-            return cast("int | None", found)
+            order = None if of_base is None else method.order_over(of_base, self.base.self_adjoint)
+            return cast("int | None", order)
         if self.equations.discrete is None:
             return cast("int | None", self.rule.order)
         if self.equations.element is not None:

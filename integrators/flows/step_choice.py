@@ -125,22 +125,22 @@ def step_for(
         """Return h|λ| of a run with so many steps, or 0 if it is unknown."""
         return pilot(steps).rate * float(scene.duration) / steps
 
-    def trusted(steps: int, found: float) -> bool:
+    def trusted(steps: int, deviation: float) -> bool:
         """Return True if the error from runs with h and h/2 is that of h, not shared by both."""
         coarse, best = errors.get(steps // 2, inf), 2 * steps
         if hlambda(best) > RESOLVED or coarse == inf:
             return False
-        if coarse > aim and found > coarse / 2 ** ((stated or 1) / 2):
+        if coarse > aim and deviation > coarse / 2 ** ((stated or 1) / 2):
             return False
         odd = ROWS * (3 * steps // (4 * ROWS) | 1)
         return odd >= steps or error(odd, best) <= max(error(steps // 2, best), aim)
 
     steps, errors, floor = ROWS, dict[int, float](), 0
-    while (found := error(steps, 2 * steps)) > aim or not trusted(steps, found):
+    while (deviation := error(steps, 2 * steps)) > aim or not trusted(steps, deviation):
         # round-off: an error that was small and fell with the order stops falling, twice
         before = errors.get(steps // 2, inf)
-        floor = floor + 1 if found > before / 2 and aim < found < before < 1e-6 else 0
-        errors[steps] = found
+        floor = floor + 1 if deviation > before / 2 and aim < deviation < before < 1e-6 else 0
+        errors[steps] = deviation
         if alone and steps >= max(CONTRACTS, most // CONTRACTS) and min(errors.values()) == inf:
             steps, alone = ROWS, False
             errors.clear()
@@ -156,27 +156,27 @@ def step_for(
                 raise _unresolved(scheme, wanted, fastest, most)
             raise _unreachable(scheme, wanted, errors, kept, most, failed)
         steps *= 2
-    errors[steps] = found
+    errors[steps] = deviation
     if wanted < aim:
         raise _unreachable(scheme, wanted, {steps: aim}, steps, most, failed)
     best = 2 * steps
     coarse = errors.get(steps // 2, inf)
     order = stated
     if not order and coarse < inf:
-        order = max(1.0, log2(coarse / max(found, wanted * 1e-3)))
+        order = max(1.0, log2(coarse / max(deviation, wanted * 1e-3)))
     if coarse < inf and order:
         less = ceil(steps / 2 * (SAFETY * coarse / wanted) ** (1 / order) / ROWS) * ROWS
         if less < steps and (between := error(less, best)) <= wanted:
-            steps, found = less, between
+            steps, deviation = less, between
     fewer = steps
     for more in (int(steps * factor) for factor in SMALLER):
         if not pilot(more).sweeps < FEWER * pilot(fewer).sweeps:
             break
         fewer = more
     if fewer > steps and (between := error(fewer, 2 * fewer)) <= wanted:
-        steps, found = fewer, between
+        steps, deviation = fewer, between
     step = scene.duration / steps
-    return StepChoice(wanted, step, steps, found, order, found / float(step) ** order)
+    return StepChoice(wanted, step, steps, deviation, order, deviation / float(step) ** order)
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def fastest_rate(scheme: DiscretisedScene, run: Trajectory) -> float:
     scene, s = scheme.scene, scheme.s
     if scene.lagrangian is None or scene.all_constraints:
         return 0.0
-    function, found = _linearised(s), [0.0]
+    function, radii = _linearised(s), [0.0]
     with np.errstate(all="ignore"):
         p = [float(e) for e in scene.parameter_values]
         for x, u, mu in zip(
@@ -210,8 +210,8 @@ def fastest_rate(scheme: DiscretisedScene, run: Trajectory) -> float:
                 rates = np.linalg.eigvals(by_z + by_xi @ np.linalg.solve(mass, moving))
             except (ArithmeticError, ValueError, np.linalg.LinAlgError):
                 continue  # no field there, as the run's own numbers show
-            found.append(float(abs(rates).max(initial=0)))
-    return max(rate for rate in found if rate < inf)
+            radii.append(float(abs(rates).max(initial=0)))
+    return max(rate for rate in radii if rate < inf)
 
 
 @lru_cache(maxsize=64)
@@ -243,7 +243,7 @@ def _unreachable(
     if min(errors.values()) == inf:
         why = f"; the last failure: {failed[-1]}" if failed else ""
         return BadInput(f"{what} is not reached: no pilot run of up to {most} steps finishes{why}.")
-    found = "no pilot run has an error that can be trusted"
+    limit = "no pilot run has an error that can be trusted"
     if steps is not None:
-        found = f"the smallest that is reached: {errors[steps] * 1.03:.1e}, with {steps} steps"
-    return BadInput(f"{what} is below round-off, or takes more than {most // 2} steps; {found}.")
+        limit = f"the smallest that is reached: {errors[steps] * 1.03:.1e}, with {steps} steps"
+    return BadInput(f"{what} is below round-off, or takes more than {most // 2} steps; {limit}.")

@@ -44,11 +44,11 @@ def _composed(groupoid: Any, x: Column, u: Column, h: Expression, first: int) ->
         if connected:  # ξ of the group, of which the fibre has ξ + A(x) ẋ
             ((_, turn),) = groupoid.group_parts(x, u, h)
             fibres = fibres[0], turn / h
-        found = list[ComposedArrows]()
+        arrows = list[ComposedArrows]()
         for part, place, fibre in zip(groupoid.parts, places, fibres, strict=True):
-            behind = first + sum(len(e.letters) for e in found)
-            found.append(_composed(part, place, fibre, h, behind))
-        one, other = found
+            behind = first + sum(len(e.letters) for e in arrows)
+            arrows.append(_composed(part, place, fibre, h, behind))
+        one, other = arrows
         turning = other.velocity
         if connected:
             moved = sympy.Matrix(groupoid.connection(x)) * sympy.Matrix(one.velocity)

@@ -38,9 +38,9 @@ def over_terms(gap: Tracked, terms: np.ndarray, resolution: Number) -> Number:
     The bound can only reduce the result, and costs more than all values. So with twice the digits
     it is not computed if every gap is below √ε of its terms alone: then there is no such zero.
     """
-    found = in_round_offs(gap.value.ravel(), terms.ravel())
-    if found <= resolution < 1:
-        return found
+    ratio = in_round_offs(gap.value.ravel(), terms.ravel())
+    if ratio <= resolution < 1:
+        return ratio
     return in_round_offs(gap.value.ravel(), (terms + resolution * gap.error).ravel())
 
 
@@ -78,5 +78,5 @@ def in_round_offs(gap: Vector, bound: Vector) -> Number:
     With a `StepMap.step_round_off` as bound it is at most ε if only round-off caused the gap.
     """
     triples = zip(abs(gap), bound, finite(bound), strict=True)
-    found = [g / (b if b else g) if known else np.nan for g, b, known in triples if g != 0]
-    return max(found, key=lambda d: (d != d, d), default=0 * abs(gap).sum())
+    ratios = [g / (b if b else g) if known else np.nan for g, b, known in triples if g != 0]
+    return max(ratios, key=lambda d: (d != d, d), default=0 * abs(gap).sum())

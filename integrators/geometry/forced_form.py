@@ -47,12 +47,12 @@ def work_differential(geometry: StepMap, x: Vector, u: Vector, here: Maps) -> Tr
     along: Array = np.block([[-here["rho"], none(n, m)], [here["R"], here["L"]]])
     arrows = np.vstack([along, none(k, 2 * m)])
     stages = np.vstack([none(n + m, k), numbers.identity(k)])
-    given = (slope @ np.hstack([arrows, stages])).T * h  # row i: E_i(θ_j)
+    derivatives = (slope @ np.hstack([arrows, stages])).T * h  # row i: E_i(θ_j)
     y = tracked(here["target"]).value
     start, end = (geometry.contracted(at, f.value) for at, f in
                   ((x, force[:m]), (y, force[m : 2 * m])))  # fmt: skip
     brackets = [start * h * h, end * -h * h, none(k, k)]
-    whole = given - given.T + _diagonal(numbers, brackets)
+    whole = derivatives - derivatives.T + _diagonal(numbers, brackets)
     if not k:
         return whole
     pulled = np.vstack([numbers.identity(2 * m), here["follow"] @ along])

@@ -41,15 +41,15 @@ def restricted_defect(
     # A b = 0, and d(A ξ − a) = 0 with M dξ = δμ − ∂p/∂x δx
     of_xi = numbers.solve(mass, np.hstack([-moved @ rho, numbers.identity(m)]))
     still = numbers.zeros(len(A), m)
-    held = np.vstack([np.hstack([A, still]), np.hstack([turning @ rho, still]) + A @ of_xi])
-    N = _null_space(numbers, held)
+    conditions = np.vstack([np.hstack([A, still]), np.hstack([turning @ rho, still]) + A @ of_xi])
+    N = _null_space(numbers, conditions)
     gap, terms = form_change(geometry, x, mu, start, sign, forced).gap()
     scale = abs(N).T @ terms @ abs(N)
     return in_round_offs((N.T @ gap.value @ N).ravel(), scale.ravel())
 
 
-def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
-    """Return a basis of {v: held v = 0}, where held = (A 0; B C) and v = (b, δ).
+def _null_space(numbers: Arithmetic, matrix: Matrix) -> Matrix:
+    """Return a basis of {v: matrix v = 0}, where matrix = (A 0; B C) and v = (b, δ).
 
     The columns that elimination solves for are chosen in doubles, equally many of A and of C, which
     have different units.
@@ -57,15 +57,15 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
     from scipy.linalg import qr
 
     solved: list[int] = []
-    count, size = held.shape
+    count, size = matrix.shape
     rows, columns = count // 2, size // 2
-    for part in (held[:rows, :columns], held[rows:, columns:]):
+    for part in (matrix[:rows, :columns], matrix[rows:, columns:]):
         natural = np.asarray(part / max(abs(part).ravel()), dtype=float)
         order = qr(natural, mode="r", pivoting=True)[1]
         solved += [len(solved) // rows * columns + i for i in order[:rows].tolist()]
     free = [i for i in range(size) if i not in solved]
     basis = numbers.zeros(size, size - count)
-    basis[solved] = -numbers.solve(held[:, solved], held[:, free])
+    basis[solved] = -numbers.solve(matrix[:, solved], matrix[:, free])
     basis[free] = numbers.identity(size - count)
     return basis
 

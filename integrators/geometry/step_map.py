@@ -180,10 +180,10 @@ class StepMap:
             with self.numbers.working():
                 w = self._with_stages(x, u)
                 parts = self._value("map", x, self.numbers.zeros(self.m), w, self.q)
-                found = self._maps(parts, self._value("fields", x, u, self.q))
-            for array in found.values():
+                arrays = self._maps(parts, self._value("fields", x, u, self.q))
+            for array in arrays.values():
                 array.flags.writeable = False
-            return found
+            return arrays
 
         return dict(self._once(("at", tuple(x), tuple(u)), maps))
 
@@ -300,8 +300,8 @@ class StepMap:
         """
         if self.equations.s.degenerate:
             values = [self._value("bracket", x, self.q)]
-            (found,) = tracked_later(values, lambda: [self._errors("bracket")(x, self._q)])
-            return found
+            (tensor,) = tracked_later(values, lambda: [self._errors("bracket")(x, self._q)])
+            return tensor
         rho, bracket = self._natural(x)[0], self.contracted(x, mu)
         anchor = self.numbers.zeros(self.n, self.n)
         bracket = -bracket if bracket_sign > 0 else bracket
@@ -369,10 +369,10 @@ class StepMap:
     def _errors(self, what: str) -> Function:
         return _with_errors(self.equations, self.numbers, what)
 
-    def _once(self, key: Hashable, found: Callable[[], Result]) -> Result:
+    def _once(self, key: Hashable, function: Callable[[], Result]) -> Result:
         """Return what was found for a key, one of the latest, or find it."""
         if key not in self._kept:
-            value = found()
+            value = function()
             if len(self._kept) >= KEPT:
                 del self._kept[next(iter(self._kept))]
             self._kept[key] = value

@@ -42,9 +42,9 @@ def defects(here: Arrow, there: Arrow) -> tuple[Number, Number]:
     with geometry.numbers.working():
         at, after = (arrow.geometry.tracked(arrow.x, arrow.u) for arrow in (here, there))
         step = there.x, there.mu, geometry.dual_step(at, geometry.q[0])
-        found = [pullback_defect(geometry, at, after, geometry.tangent(at, after)),
-                 poisson_defect(geometry, here.x, here.mu, step)]  # fmt: skip
-        pullback, poisson = geometry.numbers.public(found)
+        pair = [pullback_defect(geometry, at, after, geometry.tangent(at, after)),
+                poisson_defect(geometry, here.x, here.mu, step)]  # fmt: skip
+        pullback, poisson = geometry.numbers.public(pair)
         return pullback, poisson
 
 

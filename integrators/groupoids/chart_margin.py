@@ -78,8 +78,8 @@ def position(groupoid: Any, x: GivenVector, u: GivenVector, h: Given) -> Positio
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
 
     def column(values: GivenVector, length: int, name: str) -> Column:
-        given = exact_vector(values, length, f"{groupoid.name}: {name}")
-        return sympy.Matrix(length, 1, list(map(to_sympy, given)))
+        entries = exact_vector(values, length, f"{groupoid.name}: {name}")
+        return sympy.Matrix(length, 1, list(map(to_sympy, entries)))
 
     def numbers(matrix: SymbolicMatrix) -> np.ndarray:
         return np.array(evaluate_matrix(matrix, 20).tolist(), dtype=float).reshape(matrix.shape)

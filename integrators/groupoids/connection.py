@@ -119,10 +119,10 @@ class ConnectionGroupoid(ProductGroupoid):
         n, k = (g.dim_u for g in self.parts)
 
         def entries(x: Column) -> list[Expression]:
-            given = sympy.Matrix(self.connection(x))
-            if given.shape != (k, n):
-                raise BadInput(f"{self.name}: A(x) is {given.shape}, but must be {(k, n)}.")
-            return list(given)
+            matrix = sympy.Matrix(self.connection(x))
+            if matrix.shape != (k, n):
+                raise BadInput(f"{self.name}: A(x) is {matrix.shape}, but must be {(k, n)}.")
+            return list(matrix)
 
         label = f"{self.name}: A(x)"
         return column_of(entries, k * n, label, self.symbols["x"]).reshape(k, n)

@@ -32,8 +32,8 @@ class LocalGroupoid(Groupoid):
         name: str = "local groupoid",
     ) -> None:
         if not type(dim_x) is type(dim_u) is int or dim_x < 0 or dim_u < 1:
-            given = f"{shown(dim_x)} and {shown(dim_u)}"
-            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {given}.")
+            sizes = f"{shown(dim_x)} and {shown(dim_u)}"
+            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {sizes}.")
         self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
         self._target, self._product, self._inverse = target, product, inverse
 

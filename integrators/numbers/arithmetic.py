@@ -147,9 +147,9 @@ class Double:
         """Return an array of exact or any other numbers as one of this kind."""
         if isinstance(values, np.ndarray) and values.dtype == self.dtype != object:
             return values
-        given = np.asarray(values, dtype=object)
-        found = np.array([self.number(e) for e in given.flat], dtype=self.dtype)
-        return found.reshape(given.shape)
+        entries = np.asarray(values, dtype=object)
+        numbers = np.array([self.number(e) for e in entries.flat], dtype=self.dtype)
+        return numbers.reshape(entries.shape)
 
     def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
         """Return step·k for whole numbers k, each rounded once."""
@@ -199,11 +199,11 @@ class Single(Double):
 
     def number(self, value: Exact | Number, what: str = "value") -> Number:
         """Return an exact value, float or mpf as a number of this kind."""
-        found = np.float32(super().number(float(value) if isinstance(value, np.floating) else value,
-                                          what))  # fmt: skip
-        if not np.isfinite(found):
+        real = np.float32(super().number(float(value) if isinstance(value, np.floating) else value,
+                                         what))  # fmt: skip
+        if not np.isfinite(real):
             raise BadInput(f"{what} is larger than any number of single precision.")
-        return found
+        return real
 
     def public(self, array: Numbers) -> np.ndarray:
         """Return an array of numbers of single precision."""
@@ -319,13 +319,13 @@ class Multiple:
                     factor = row[p] / pivot
                     for i, e in some:
                         row[i] -= factor * e
-        found = [row[size:] for row in rows]
+        answer = [row[size:] for row in rows]
         for p in reversed(range(size)):  # only now, with b alone: half as many products
             for k in range(p + 1, size):
                 if factor := rows[p][k]:
-                    found[p] = [e - factor * f for e, f in zip(found[p], found[k], strict=True)]
-            found[p] = [e / rows[p][p] for e in found[p]]
-        return det, np.array(found, dtype=object).reshape(b.shape)
+                    answer[p] = [e - factor * f for e, f in zip(answer[p], answer[k], strict=True)]
+            answer[p] = [e / rows[p][p] for e in answer[p]]
+        return det, np.array(answer, dtype=object).reshape(b.shape)
 
 
 def _product(a: Matrix, b: Matrix) -> Matrix:

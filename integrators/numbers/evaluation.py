@@ -147,9 +147,9 @@ def _values(
             return e.in_arithmetic(numbers, parts)
         if name := FUNCTIONS.get(type(e).__name__):
             return functions[name](*parts)
-        given = [a if a.is_number else sympy.Float(str(v), numbers.digits)
-                 for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
-        value = e.func(*given)  # one of sympy's own, such as sign
+        arguments = [a if a.is_number else sympy.Float(str(v), numbers.digits)
+                     for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
+        value = e.func(*arguments)  # one of sympy's own, such as sign
         if not (value.is_number and value.is_real):
             raise refused(e)
         return numbers.number(value)

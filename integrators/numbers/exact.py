@@ -92,14 +92,14 @@ def refuse_large(expression: Expression, what: str) -> None:
 
 def _inside(level: set[Expression]) -> set[Expression]:
     """Return the arguments of these expressions, and those of products among them."""
-    found, pending = set[Expression](), [part for e in level for part in e.args]
+    parts, pending = set[Expression](), [part for e in level for part in e.args]
     while pending:
         part = pending.pop()
         if part.is_Mul:
             pending.extend(part.args)
         else:
-            found.add(part)
-    return found
+            parts.add(part)
+    return parts
 
 
 def _read(value: Given, what: str) -> Exact:
@@ -112,8 +112,8 @@ def _read(value: Given, what: str) -> Exact:
             large = power is not None and abs(int(power[1])) > LARGEST_POWER
             number = Fraction(0) if large else Fraction(value.strip())
         except (ValueError, ZeroDivisionError):
-            if "sqrt" in value and (found := _with_roots(value)) is not None:
-                return _read(found, what)
+            if "sqrt" in value and (root := _with_roots(value)) is not None:
+                return _read(root, what)
             raise BadInput(
                 f'{what} is "{value[:LISTED]}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
@@ -395,11 +395,11 @@ def _power(function: Function, what: str) -> Function:
 
 
 def _counting(function: Function, what: str) -> Function:
-    def counting(kind: type, *given: Expression) -> Expression | None:
-        for number in given:
+    def counting(kind: type, *arguments: Expression) -> Expression | None:
+        for number in arguments:
             if getattr(number, "is_Rational", False):
                 bits = _bits_of(number)
                 _refuse(_size(number, bits) * bits, what, LONGEST)
-        return function(kind, *given)
+        return function(kind, *arguments)
 
     return counting

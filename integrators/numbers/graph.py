@@ -59,11 +59,11 @@ class Graph(Walks):
     def make(self, kind: int, args: Any) -> Node:
         """Return the node of this kind with these arguments, which must be in normal form."""
         key = kind, args
-        found = self._known.get(key)
-        if found is None:
-            found = self._known[key] = Node(self, kind, args, len(self.nodes))
-            self.nodes.append(found)
-        return found
+        node = self._known.get(key)
+        if node is None:
+            node = self._known[key] = Node(self, kind, args, len(self.nodes))
+            self.nodes.append(node)
+        return node
 
     def number(self, value: Rational) -> Node:
         """Return the node of a rational number."""
@@ -105,17 +105,17 @@ class Graph(Walks):
     def sum(self, terms: Iterable[tuple[Rational, Node]]) -> Node:
         """Return Σ coefficient · node, with like terms collected."""
         constant: Rational = 0
-        found: dict[int, Rational] = {}
+        coefficients: dict[int, Rational] = {}
         for c, e in terms:
             if e.kind == NUMBER:
                 constant += c * e.args
             elif e.kind == SUM:
                 constant += c * e.args[0]
                 for i, a in e.args[1]:
-                    found[i] = found.get(i, 0) + c * a
+                    coefficients[i] = coefficients.get(i, 0) + c * a
             else:
-                found[e.index] = found.get(e.index, 0) + c
-        items = tuple(sorted((i, reduced(c)) for i, c in found.items() if c))
+                coefficients[e.index] = coefficients.get(e.index, 0) + c
+        items = tuple(sorted((i, reduced(c)) for i, c in coefficients.items() if c))
         if not items:
             return self.number(reduced(constant))
         if len(items) == 1 and not constant and items[0][1] == 1:
@@ -157,10 +157,10 @@ class Graph(Walks):
         if not items:
             return self.number(coefficient)
         if len(items) == 1 and items[0][1] == 1:
-            found = self.nodes[items[0][0]]
-            return found if coefficient == 1 else self.sum([(coefficient, found)])
-        found = self.make(PRODUCT, items)
-        return found if coefficient == 1 else self.make(SUM, (0, ((found.index, coefficient),)))
+            node = self.nodes[items[0][0]]
+            return node if coefficient == 1 else self.sum([(coefficient, node)])
+        node = self.make(PRODUCT, items)
+        return node if coefficient == 1 else self.make(SUM, (0, ((node.index, coefficient),)))
 
     def _primitive(self, e: Node) -> tuple[Rational, Node]:
         """Return (c, e) of a sum c·e that is a factor: c is its sign times the whole number that
@@ -197,7 +197,7 @@ class Graph(Walks):
             return self.sum([(constant, self.one), *inner])
         if node.kind != PRODUCT:
             return node
-        found, rest = [(1, self.one)], []
+        summands, rest = [(1, self.one)], []
         for i, n in node.args:
             base = self.nodes[i]
             if base.kind != SUM or n < 0 or n.denominator != 1:
@@ -206,9 +206,9 @@ class Graph(Walks):
             constant, terms = self.expanded(base).args
             parts = [(constant, self.one), *((c, self.nodes[k]) for k, c in terms)]
             for _ in range(int(n)):
-                found = [(a * c, e * part) for a, e in found for c, part in parts if c]
+                summands = [(a * c, e * part) for a, e in summands for c, part in parts if c]
         outside = self.product(rest)
-        return self.sum((c, e * outside) for c, e in found)
+        return self.sum((c, e * outside) for c, e in summands)
 
     def combined(self, pairs: Sequence[tuple[Rational, Node | None, Row]]) -> Row:
         """Return Σ coefficient · factor · row, without zeros; a factor None is 1."""
@@ -223,8 +223,8 @@ class Graph(Walks):
                 elif factor is not None:
                     e = self.product([(factor, 1), (e, 1)])
                 terms.setdefault(j, []).append((size, e))
-        found = ((j, self.sum(t)) for j, t in terms.items())
-        return {j: e for j, e in found if e}
+        sums = ((j, self.sum(t)) for j, t in terms.items())
+        return {j: e for j, e in sums if e}
 
     def result(self, call: Any, number: int) -> Node:
         """Return a result of a call; call.partials(number) is [(nodes, function of the slopes)]."""
@@ -246,13 +246,13 @@ class Graph(Walks):
 
     # -- matrices --------------------------------------------------------------------------------
 
-    def matrix(self, given: SymbolicMatrix) -> NodeMatrix:
+    def matrix(self, matrix: SymbolicMatrix) -> NodeMatrix:
         """Return the nodes of a matrix of sympy, row by row."""
-        return [[self.read(e) for e in row] for row in given.tolist()]
+        return [[self.read(e) for e in row] for row in matrix.tolist()]
 
-    def column(self, given: Column) -> list[Node]:
+    def column(self, column: Column) -> list[Node]:
         """Return the nodes of a column of sympy."""
-        return [self.read(e) for e in given]
+        return [self.read(e) for e in column]
 
     def transposed(self, matrix: NodeMatrix, other: Sequence[Node], width: int = 0) -> list[Node]:
         """Return matrixᵀ · column. width: the number of columns of a matrix without rows."""
@@ -288,10 +288,10 @@ class Graph(Walks):
         """Return the node of an expression of sympy. swap: nodes for parts of it; all other parts
         that are read are added to it."""
         known = self._read if swap is None else swap
-        found = known.get(e)
-        if found is None:
-            found = known[e] = self._added(e, swap)
-        return found
+        node = known.get(e)
+        if node is None:
+            node = known[e] = self._added(e, swap)
+        return node
 
     def _added(self, e: Expression, swap: dict[Expression, Node] | None) -> Node:
         if e.is_Rational:
@@ -318,10 +318,10 @@ class Graph(Walks):
     def slopes(self, node: Node) -> Row:
         """Return {index: derivative} by the letters and the held nodes that a node contains, as if
         they were independent of each other; not by those of `fixed`."""
-        found = self._slopes.get(node.index)
-        if found is None:
-            found = self._slopes[node.index] = self._derived(node)
-        return found
+        row = self._slopes.get(node.index)
+        if row is None:
+            row = self._slopes[node.index] = self._derived(node)
+        return row
 
     def _derived(self, node: Node) -> Row:
         kind, args = node.kind, node.args
@@ -358,11 +358,11 @@ class Graph(Walks):
 
     def shown(self, node: Node) -> Expression:
         """Return the node in sympy, with letters for held nodes."""
-        found = self._shown.get(node.index)
-        if found is None:
-            found = self._shown[node.index] = self._written(node)
-            self._read.setdefault(found, node)
-        return found
+        expression = self._shown.get(node.index)
+        if expression is None:
+            expression = self._shown[node.index] = self._written(node)
+            self._read.setdefault(expression, node)
+        return expression
 
     def _written(self, node: Node) -> Expression:
         kind, args = node.kind, node.args

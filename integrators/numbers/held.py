@@ -87,8 +87,8 @@ class Scope:
     def held_sums(self, values: Sequence[Node]) -> list[Node]:
         """Hold the values that are sums of several terms; return all of them."""
         sums = [v for v in values if v.kind == SUM and (v.args[0] or len(v.args[1]) > 1)]
-        found = {v.index: e for v, e in zip(sums, self.held(sums, "f"), strict=True)}
-        return [found.get(v.index, v) for v in values]
+        nodes = {v.index: e for v, e in zip(sums, self.held(sums, "f"), strict=True)}
+        return [nodes.get(v.index, v) for v in values]
 
     def names(self, letter: str, count: int) -> list[Letter]:
         """Return letters that the graph does not have yet."""
@@ -111,8 +111,8 @@ class Scope:
             over = [self._inverse(below[i]) for i in new]
             pairs = zip(new, over, strict=True)
             values = [self.graph.product([(above[i], 1), (o, 1)]) for i, o in pairs]
-            given = [(above[i], below[i]) for i in new]
-            made = self._append(Group(self, self.names(name, len(new)), values, quotients=given))
+            ratios = [(above[i], below[i]) for i in new]
+            made = self._append(Group(self, self.names(name, len(new)), values, quotients=ratios))
             self._held |= {keys[i]: node for i, node in zip(new, made, strict=True)}
         return [self._held[key] if n else n for key, n in zip(keys, above, strict=True)]
 
@@ -177,10 +177,10 @@ class Scope:
         return self._row(node, self._rows[key])
 
     def _row(self, node: Node, known: dict[int, Row]) -> Row:
-        found = known.get(node.index)
-        if found is None:
-            found = known[node.index] = self._derived(node, known)
-        return found
+        row = known.get(node.index)
+        if row is None:
+            row = known[node.index] = self._derived(node, known)
+        return row
 
     def _derived(self, node: Node, known: dict[int, Row]) -> Row:
         g = self.graph
@@ -209,8 +209,8 @@ class Scope:
         if group.quotients:
             return self._of_quotient(node, known)
         if group.partials is not None:
-            given = [(by, _rows_of(matrix, place)) for by, matrix in group.partials]
-            row = g.combined([(1, s, row) for s, row in self._through(given, known)])
+            partials = [(by, _rows_of(matrix, place)) for by, matrix in group.partials]
+            row = g.combined([(1, s, row) for s, row in self._through(partials, known)])
         else:
             row = dict(self._row(group.values[place], known))
         if group.symmetry is not None:
@@ -247,8 +247,8 @@ def _rows_of(matrix: Slopes, place: int) -> Callable[[], Sequence[Node]]:
 
     def row() -> Sequence[Node]:
         whole = matrix() if callable(matrix) else matrix
-        found: Sequence[Node] = whole[place]
-        return found
+        entries: Sequence[Node] = whole[place]
+        return entries
 
     return row
 

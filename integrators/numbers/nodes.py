@@ -218,19 +218,19 @@ class Walks:
 
         is_leaf: nodes below which nothing is looked at.
         """
-        found: list[Node] = []
+        order: list[Node] = []
         seen = set[int]()
         pending = [(e, False) for e in reversed(list(nodes))]
         while pending:
             e, done = pending.pop()
             if done:
-                found.append(e)
+                order.append(e)
             elif e.index not in seen:
                 seen.add(e.index)
                 pending.append((e, True))
                 if not is_leaf(e):
                     pending += [(a, False) for a in reversed(self.below(e)) if a.index not in seen]
-        return found
+        return order
 
     def rebuilt(self, nodes: Sequence[Node], swap: dict[int, Node]) -> list[Node]:
         """Return nodes with others in place of those of `swap`; nodes may be of another graph.
@@ -262,11 +262,11 @@ class Walks:
         if kind == PRODUCT:
             return self.product((made[i], n) for i, n in args)
         if kind == CALL:
-            given = [made[i] for i in args[1]]
-            if all(a.kind == NUMBER for a in given):
-                swap = {slot(k): rational(a.args) for k, a in enumerate(given)}
+            arguments = [made[i] for i in args[1]]
+            if all(a.kind == NUMBER for a in arguments):
+                swap = {slot(k): rational(a.args) for k, a in enumerate(arguments)}
                 return self.read(args[0].xreplace(swap))
-            return self.make(CALL, (args[0], tuple(a.index for a in given)))
+            return self.make(CALL, (args[0], tuple(a.index for a in arguments)))
         if kind == HELD:
             value, name = made[args[0].values[args[1]].index], e.graph._shown.get(e.index)
             own = None if name is None else sympy.Symbol(f"{name}_{len(self.nodes)}", real=True)
@@ -275,18 +275,18 @@ class Walks:
             call, number = args
             if call not in calls:
                 calls[call] = Call(call.function, [made[a.index] for a in call.arguments])
-            found = self.result(calls[call], number)
+            node = self.result(calls[call], number)
             known = all(a.kind == NUMBER for a in calls[call].arguments)
-            return self.opened(found) if known else found  # most of a function of numbers vanishes
+            return self.opened(node) if known else node  # most of a function of numbers vanishes
         return self.make(kind, args)
 
     def depending(self, nodes: Sequence[Node], on: Collection[Node]) -> list[Node]:
         """Return those of the nodes that depend on some of others, or on results of calls."""
-        found = set[Node]()
+        dependents = set[Node]()
         for e in self.order(nodes):
-            if e in on or e.kind == RESULT or any(a in found for a in self.below(e)):
-                found.add(e)
-        return [e for e in nodes if e in found]
+            if e in on or e.kind == RESULT or any(a in dependents for a in self.below(e)):
+                dependents.add(e)
+        return [e for e in nodes if e in dependents]
 
     # -- letters that stand for nodes ------------------------------------------------------------
 
@@ -307,13 +307,13 @@ class Walks:
     def letters_below(self, expressions: Iterable[Expression | Node]) -> dict[Letter, Expression]:
         """Return the letters for held nodes and results on which expressions depend, with their
         values in sympy, in an order in which they can be computed."""
-        found: dict[Letter, Expression] = {}
+        values: dict[Letter, Expression] = {}
         nodes = [self.node(e) for e in expressions]
         for e in self._with_opened(nodes):
             if e.kind >= HELD and (letter := self._shown.get(e.index)) is not None:
                 value = self.opened(e) if e.kind == RESULT else self.below(e)[0]
-                found[letter] = self.shown(value)
-        return found
+                values[letter] = self.shown(value)
+        return values
 
     def symbols(
         self, expressions: Iterable[Expression | Node], apart: Collection[Node] = ()
@@ -327,24 +327,24 @@ class Walks:
 
     def _with_opened(self, nodes: Sequence[Node], apart: Collection[Node] = ()) -> list[Node]:
         """Return the nodes below, with what results of calls are if they are written out."""
-        found: dict[Node, None] = {}
+        descendants: dict[Node, None] = {}
         for e in self.order(nodes, apart.__contains__):
             if e.kind == RESULT:
-                found |= dict.fromkeys(self._with_opened([self.opened(e)], apart))
-            found[e] = None
-        return list(found)
+                descendants |= dict.fromkeys(self._with_opened([self.opened(e)], apart))
+            descendants[e] = None
+        return list(descendants)
 
     def written_out(
-        self, given: Expression | SymbolicMatrix, kept: Collection[Letter] = ()
+        self, expression: Expression | SymbolicMatrix, kept: Collection[Letter] = ()
     ) -> Expression | SymbolicMatrix:
         """Return an expression or a matrix of sympy with the letters of held nodes replaced.
 
         kept: letters that stay.
         """
-        for letter, value in reversed(self.letters_below(_entries(given)).items()):
+        for letter, value in reversed(self.letters_below(_entries(expression)).items()):
             if letter not in kept:
-                given = given.xreplace({letter: value})
-        return given
+                expression = expression.xreplace({letter: value})
+        return expression
 
     def key(self, node: Node) -> str:
         """Return a digest of a node that does not depend on the order in which nodes were made."""
@@ -375,8 +375,8 @@ class Walks:
         return f"{kind} {_written(args) if kind == CONSTANT else args}"
 
 
-def _entries(given: Expression | SymbolicMatrix) -> list[Expression]:
-    return list(given) if hasattr(given, "__len__") else [given]
+def _entries(expression: Expression | SymbolicMatrix) -> list[Expression]:
+    return list(expression) if hasattr(expression, "__len__") else [expression]
 
 
 @lru_cache(maxsize=4096)

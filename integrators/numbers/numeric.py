@@ -68,14 +68,14 @@ def numeric_text(
     graph = graph or Graph()
     operations = Operations(graph)
     vectors: dict[str, list[str]] = {}
-    for name, given in arguments.items():  # a letter's own name may be a word of Python
-        if hasattr(given, "__len__"):
-            vectors[name] = [f"{name}_{i}" for i in range(len(given))]
-        for letter, own in zip(*(given, vectors[name]) if name in vectors else ([given], [name]),
+    for name, entry in arguments.items():  # a letter's own name may be a word of Python
+        if hasattr(entry, "__len__"):
+            vectors[name] = [f"{name}_{i}" for i in range(len(entry))]
+        for letter, own in zip(*(entry, vectors[name]) if name in vectors else ([entry], [name]),
                                strict=True):  # fmt: skip
             operations.name(graph.node(letter), own)
-    found = operations.values([graph.node(e) for e in entries])
-    lines, written = body(operations, found, vectors)
+    values = operations.values([graph.node(e) for e in entries])
+    lines, written = body(operations, values, vectors)
     texts, returned = iter(written), []
     for array in shaped:
         inner = ", ".join(next(texts) for _ in array.flat)
@@ -105,8 +105,8 @@ def _on_columns(function: Function) -> Function:
         columns = np.broadcast_arrays(*arguments)
         if not columns[0].ndim:
             return function(*arguments)
-        found = np.array([function(*row) for row in zip(*columns, strict=True)])
-        return np.moveaxis(found, 0, -1)
+        rows = np.array([function(*row) for row in zip(*columns, strict=True)])
+        return np.moveaxis(rows, 0, -1)
 
     return on_columns
 

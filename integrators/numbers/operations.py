@@ -78,11 +78,11 @@ class Coefficients:
 
     def constant(self, e: Node) -> bool:
         """Return True if all letters in a node are of q."""
-        found = self._constant.get(e)
-        if found is None:
+        answer = self._constant.get(e)
+        if answer is None:
             self.look_at(e.graph, [e])
-            found = self._constant[e]
-        return found
+            answer = self._constant[e]
+        return answer
 
     def place(self, e: Node) -> tuple[int, bool]:
         """Return (i, True for a minus sign) of a constant node, which is c[i] or −c[i].
@@ -143,8 +143,8 @@ class Operations:
 
     def name(self, node: Node, name: str) -> Value:
         """Let a name stand for a node; return its value."""
-        found = self._known[node.index] = self.leaf(name, node)
-        return found
+        value = self._known[node.index] = self.leaf(name, node)
+        return value
 
     def scale(self, u: Node, h: Node) -> None:
         """Write a letter u as hu/h."""
@@ -189,10 +189,10 @@ class Operations:
         return e.kind == HELD and e.args[0].scope not in (None, self.inside) and bool(self.inside)
 
     def _value(self, e: Node) -> Value:
-        found = self._known.get(e.index)
-        if found is None:
-            found = self._known[e.index] = self._added(e)
-        return found
+        value = self._known.get(e.index)
+        if value is None:
+            value = self._known[e.index] = self._added(e)
+        return value
 
     def _added(self, e: Node) -> Value:
         kind, args, nodes = e.kind, e.args, self.graph.nodes
@@ -230,16 +230,16 @@ class Operations:
         call, number = e.args
         if call.function is not None and self.written is None:
             return self.values([self.graph.opened(e)])[0]
-        given = self.values(call.arguments)
+        arguments = self.values(call.arguments)
         if call.function is None:
-            made = self._operation(LINES, given, call)
+            made = self._operation(LINES, arguments, call)
         else:
             assert self.written is not None
             places = self._places[call.function]
             name, more = self.written(self, call.function, places)
-            given += [self.leaf(s, None) if e is None else self._value(e)
-                      for s, e in more.items()]  # fmt: skip
-            made, number = self._operation(CALLED, given, name), places.index(number)
+            arguments += [self.leaf(s, None) if e is None else self._value(e)
+                          for s, e in more.items()]  # fmt: skip
+            made, number = self._operation(CALLED, arguments, name), places.index(number)
         return self._operation(ENTRY, [made], number)
 
     def leaf(self, name: str, node: Node | None = None) -> Value:
@@ -376,9 +376,9 @@ class Operations:
         """Give partial sums and products that occur in several an operation of their own."""
         live = self.uses(roots)
         for kind, made in (ADD, self.sum), (MULTIPLY, self.product):
-            found = sorted((i for i in live if self.kinds[i] == kind),
-                           key=lambda i: (len(self.parts[i]), i))  # fmt: skip
-            groups = {i: set(self.parts[i]) for i in found
+            candidates = sorted((i for i in live if self.kinds[i] == kind),
+                                key=lambda i: (len(self.parts[i]), i))  # fmt: skip
+            groups = {i: set(self.parts[i]) for i in candidates
                       if len(set(self.parts[i])) == len(self.parts[i])}  # fmt: skip
             for i, rest in _shared(groups, made):
                 kept = [p for p in self.parts[i] if p in rest]

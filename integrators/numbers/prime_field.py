@@ -237,8 +237,8 @@ class PrimeField:
             base, e = base * base % polynomial, e >> 1
         if power != x % polynomial:
             return None
-        found = [self.number(int(r)) for r, _ in polynomial.roots()]
-        return found if len(found) == polynomial.degree() else None
+        roots = [self.number(int(r)) for r, _ in polynomial.roots()]
+        return roots if len(roots) == polynomial.degree() else None
 
 
 def small_fraction(images: Sequence[Residue]) -> Fraction | None:

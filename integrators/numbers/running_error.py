@@ -41,8 +41,8 @@ class Tracked:
     @cached_property
     def balls(self) -> np.ndarray:
         """The balls, of the value's shape."""
-        found = exact_balls(self.value) if self._balls is None else self._balls()
-        return np.asarray(found, dtype=object)
+        balls = exact_balls(self.value) if self._balls is None else self._balls()
+        return np.asarray(balls, dtype=object)
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -110,13 +110,13 @@ class Tracked:
 
 def _both(operation: Function, *parts: Array, on_balls: Function | None = None) -> Tracked:
     """Return the result of an operation on values, and on balls once they are used."""
-    given = [tracked(part) for part in parts]
-    value = np.asarray(operation(*(part.value for part in given)))
+    operands = [tracked(part) for part in parts]
+    value = np.asarray(operation(*(part.value for part in operands)))
     bits = bits_of(value)
 
     def balls() -> np.ndarray:
         with flint.ctx.workprec(bits):
-            return (on_balls or operation)(*(part.balls for part in given))
+            return (on_balls or operation)(*(part.balls for part in operands))
 
     return Tracked(value, balls)
 
@@ -125,10 +125,10 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a @ b; with many digits products with 0 cost as much, so zeros of b are left out."""
     if a.dtype != object or b.ndim < 2 or b.all():
         return np.asarray(a @ b)
-    found = np.empty((*a.shape[:-1], b.shape[1]), dtype=object)
+    result = np.empty((*a.shape[:-1], b.shape[1]), dtype=object)
     for column, used in enumerate((b != 0).T):
-        found[..., column] = a[..., used] @ b[used, column]
-    return found
+        result[..., column] = a[..., used] @ b[used, column]
+    return result
 
 
 def bits_of(array: np.ndarray) -> int:
@@ -140,9 +140,9 @@ def bits_of(array: np.ndarray) -> int:
 
 def exact_balls(array: np.ndarray) -> np.ndarray:
     """Return the numbers of an array as balls of radius 0."""
-    found = np.empty(np.shape(array), dtype=object)
-    found[...] = np.reshape([_ball(e) for e in array.flat], found.shape)
-    return found
+    balls = np.empty(np.shape(array), dtype=object)
+    balls[...] = np.reshape([_ball(e) for e in array.flat], balls.shape)
+    return balls
 
 
 def _ball(number: Number) -> Ball:
@@ -196,10 +196,10 @@ def rounded(values: Numbers | Number, errors: Numbers | Number | None = None) ->
 
     def balls() -> np.ndarray:
         unit = flint.arb(2) ** -bits
-        found = np.empty(values.shape, dtype=object)
+        entries = np.empty(values.shape, dtype=object)
         pairs = zip(exact_balls(values).flat, exact_balls(np.asarray(errors)).flat, strict=True)
-        found[...] = np.reshape([flint.arb(v, unit * e) for v, e in pairs], found.shape)
-        return found
+        entries[...] = np.reshape([flint.arb(v, unit * e) for v, e in pairs], entries.shape)
+        return entries
 
     return Tracked(values, balls)
 
@@ -226,9 +226,9 @@ def _solved(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         entries = flint.arb_mat(a.tolist()).solve(right).entries() if b.size else []
     except ZeroDivisionError:
         entries = [flint.arb.nan()] * b.size
-    found = np.empty(b.shape, dtype=object)
-    found[...] = np.array(entries, dtype=object).reshape(b.shape)
-    return found
+    solution = np.empty(b.shape, dtype=object)
+    solution[...] = np.array(entries, dtype=object).reshape(b.shape)
+    return solution
 
 
 def inverse_sizes(a: np.ndarray) -> np.ndarray:
@@ -298,15 +298,15 @@ def _as_one(function: Function, numbers: Arithmetic) -> Function:
     def whole(*arguments: Ball) -> Ball | np.ndarray:
         flat = [flint.arb(e) for e in arguments]
         values = plain(flat, numbers.dtype)
-        found = np.array(function(*values), dtype=numbers.dtype)
-        errors = abs(found)
+        centre = np.array(function(*values), dtype=numbers.dtype)
+        errors = abs(centre)
         for k, width in enumerate(plain([e.rad() for e in flat], numbers.dtype)):
             if width:
                 moved = list(values)
                 moved[k] = moved[k] + nearby
-                change = np.array(function(*moved), dtype=numbers.dtype) - found
+                change = np.array(function(*moved), dtype=numbers.dtype) - centre
                 errors = errors + abs(change) / nearby * (width / numbers.eps)
-        result = rounded(found, errors).balls
-        return result if found.shape else result[()]
+        result = rounded(centre, errors).balls
+        return result if centre.shape else result[()]
 
     return whole

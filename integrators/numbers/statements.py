@@ -57,13 +57,13 @@ def function_text(
     `arguments`: vector name → its letters, unpacked first. `results`: expressions of sympy, or
     nodes of one graph.
     """
-    given = [list(r) if hasattr(r, "__len__") else [r] for r in results]
-    entries = [e for part in given for e in part]
+    parts = [list(r) if hasattr(r, "__len__") else [r] for r in results]
+    entries = [e for part in parts for e in part]
     graph = next((e.graph for e in entries if isinstance(e, Node)), None) or Graph()
     operations = Operations(graph, coefficients)
     with_arguments(operations, arguments)
-    found = iter(operations.values([graph.node(e) for e in entries]))
-    values = [[next(found) for _ in part] for part in given]
+    queue = iter(operations.values([graph.node(e) for e in entries]))
+    values = [[next(queue) for _ in part] for part in parts]
     return text_of(name, arguments, operations,
                    [v if hasattr(r, "__len__") else v[0]
                     for v, r in zip(values, results, strict=True)])  # fmt: skip
@@ -74,8 +74,8 @@ def coefficients_text(name: str, coefficients: Coefficients) -> str:
     graph = coefficients.graph
     operations = Operations(graph)
     names = [f"q{i}" for i in range(len(coefficients.q))]
-    for letter, given in zip(graph.letters(coefficients.q), names, strict=True):
-        operations.name(letter, given)
+    for letter, label in zip(graph.letters(coefficients.q), names, strict=True):
+        operations.name(letter, label)
     return text_of(name, {"q": names}, operations, [operations.values(coefficients.values)])
 
 
@@ -151,19 +151,19 @@ def _used_often(operations: Operations, roots: Iterable[Value]) -> list[int]:
     """Return the operations that get names, each after its parts: those that are used more than
     once, or have several results."""
     uses, kinds = operations.uses(roots), operations.kinds
-    seen, found = set[int](), list[int]()
+    seen, numbers = set[int](), list[int]()
     pending = [(r >> 1, False) for r in roots][::-1]
     while pending:
         number, done = pending.pop()
         if done:
-            found.append(number)
+            numbers.append(number)
         elif number not in seen:
             seen.add(number)
             kind = kinds[number]
             if (uses[number] > 1 and kind != LEAF) or kind in (CALLED, LINES):
                 pending.append((number, True))
             pending += [(p >> 1, False) for p in reversed(operations.parts[number])]
-    return found
+    return numbers
 
 
 class Texts:
@@ -182,8 +182,8 @@ class Texts:
         if operations.kinds[number] != LINES:
             return [f"{name} = {self._written(number, 0)[0]}"]
         texts = [self.of(p) for p in operations.parts[number]]
-        found: list[str] = operations.details[number].lines(name, texts)
-        return found
+        lines: list[str] = operations.details[number].lines(name, texts)
+        return lines
 
     def _text(self, value: Value, needed: int) -> str:
         number, minus = divmod(value, 2)

@@ -145,9 +145,9 @@ def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> P
     read = [[(*divmod(place, size), e) for place, e in enumerate(real.dual[k, :]) if e != 0]
             for k in range(real.dim)]  # fmt: skip
     scales = {a * b for row in read for *_, a in row for e in basis for *_, b in e}
-    known, found = sympy.polys.constructor.construct_domain(sorted(scales, key=str))
+    known, items = sympy.polys.constructor.construct_domain(sorted(scales, key=str))
     ring = left.domain.unify(right.domain).unify(known)
-    scale = {a: ring.convert(b, known) for a, b in zip(sorted(scales, key=str), found, strict=True)}
+    scale = {a: ring.convert(b, known) for a, b in zip(sorted(scales, key=str), items, strict=True)}
     left, right = (m.convert_to(ring).to_list() for m in (left, right))
     entries = [
         [sum((scale[c * e] * left[a][i] * right[j][b]
@@ -199,10 +199,10 @@ def _letters(algebra: MatrixAlgebra) -> Column:
 def _placed(matrix: SymbolicMatrix, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
     """A closed form at ξ; raises `ZeroDivisionError` for numbers at which it has no value."""
     swap = dict(zip(_letters(algebra), xi, strict=True))
-    found = sympy.Matrix(*matrix.shape, replaced(matrix, swap))
-    if not xi.free_symbols and found.has(sympy.zoo, sympy.nan):
+    value = sympy.Matrix(*matrix.shape, replaced(matrix, swap))
+    if not xi.free_symbols and value.has(sympy.zoo, sympy.nan):
         raise ZeroDivisionError(f"the Cayley transform of {algebra.name} has no value at {[*xi]}.")
-    return found
+    return value
 
 
 @lru_cache(maxsize=32)

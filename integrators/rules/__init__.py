@@ -64,6 +64,6 @@ def get(name: str) -> Discretisation:
     family, _, nodes = name.rpartition("-")
     if family in FAMILIES and (count := whole(nodes)) is not None:
         return FAMILIES[family][0](count)
-    if (found := map_of(name)) is not None:
-        return found
+    if (step_map := map_of(name)) is not None:
+        return step_map
     raise unknown("rule", name, (*names(), *MAPS))

@@ -26,10 +26,10 @@ class Claims:
     def of(cls, who: str, symplectic: bool | None, reversible: bool | None,
            keeps: str | Sequence[str]) -> Claims:  # fmt: skip
         """Return the claims given to a decorator; raises `BadInput` for those of another kind."""
-        for word, given in (("symplectic", symplectic), ("reversible", reversible)):
-            fit = given is None or (isinstance(given, int | np.bool_) and given in (True, False))
+        for word, claim in (("symplectic", symplectic), ("reversible", reversible)):
+            fit = claim is None or (isinstance(claim, int | np.bool_) and claim in (True, False))
             if not fit:  # an array has no truth value that could be compared
-                raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(given)}.")
+                raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(claim)}.")
         names = (keeps,) if isinstance(keeps, str) else keeps
         if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
             raise BadInput(

@@ -280,8 +280,8 @@ def compose(
     complex, 0 or do not add up to 1, and for a wrong order, with the first violated condition.
     """
     if isinstance(getattr(rule, "rule", None), Discretisation):  # a scheme
-        given: dict[str, Any] = {"adjoint": adjoint, "order": order, "name": name, "source": source}
-        return type(rule)(rule.scene, compose(rule.rule, method, **given))
+        words: dict[str, Any] = {"adjoint": adjoint, "order": order, "name": name, "source": source}
+        return type(rule)(rule.scene, compose(rule.rule, method, **words))
     named = isinstance(method, str)
     if named and method not in METHODS:
         raise unknown("composition", method, METHODS)
@@ -292,10 +292,10 @@ def compose(
                 f"compose(…, {shown(method)}) is a published method: leave adjoint=, order=, "
                 "name= and source= out."
             )
-        found = METHODS[method]
+        entry = METHODS[method]
         return Composition(
-            f"{method}:{rule.name}", rule.formula, found.order, found.source, rule.stages,
-            rule.splits, base=rule, method=found,
+            f"{method}:{rule.name}", rule.formula, entry.order, entry.source, rule.stages,
+            rule.splits, base=rule, method=entry,
         )  # fmt: skip
     what = f"compose({rule.name}, …)"
     numbers, rounded = read(method, what)
@@ -337,11 +337,11 @@ def with_own(
     source: str,
 ) -> Composition:  # fmt: skip
     """Return the composition with a user's own numbers; a given order is checked against them."""
-    found = Method("own", own.order_over(own.over), own, source, own.in_turn)
-    reached = found.order_over(rule.order or 1, not own.in_turn)
+    own_method = Method("own", own.order_over(own.over), own, source, own.in_turn)
+    reached = own_method.order_over(rule.order or 1, not own.in_turn)
     label, why = described_own(what, own, reached, order, name)
     about = source or f"coefficients of one's own, order {reached}" + (f": {why}" if why else "")
-    return _made(rule, replace(found, source=about), label if name else f"{label}:{rule.name}")
+    return _made(rule, replace(own_method, source=about), label if name else f"{label}:{rule.name}")
 
 
 def described_own(

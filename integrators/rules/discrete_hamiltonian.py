@@ -63,12 +63,12 @@ def discrete_hamiltonian(
     checked("discrete_hamiltonian", "discrete Hamiltonian", order, stages, "pair")
     wanted = "(H, x, mu, h, s)" if stages else "(H, x, mu, h)"
 
-    def make(given: Function) -> OneStepMap:
-        label, about = described("discrete Hamiltonian", given, wanted, name, source)
+    def make(function: Function) -> OneStepMap:
+        label, about = described("discrete Hamiltonian", function, wanted, name, source)
 
-        @wraps(given)
+        @wraps(function)
         def formula(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
-            return _equations(given, kind, s, z, h, K)
+            return _equations(function, kind, s, z, h, K)
 
         del formula.__dict__["__wrapped__"]
         return OneStepMap(label, formula, order, about, stages + 1, groupoids=("pair",))
@@ -77,7 +77,7 @@ def discrete_hamiltonian(
 
 
 def _equations(
-    given: Function, kind: str, s: DualSystem, z: Column, h: Letter, K: list[Column]
+    function: Function, kind: str, s: DualSystem, z: Column, h: Letter, K: list[Column]
 ) -> Staged:
     """Return the new state z + h K₀, and equations that vanish there and at stages z + h K_j."""
     if s.n != s.m or any(s.force(z)):
@@ -85,12 +85,12 @@ def _equations(
     letters = [_letters(s.n) for _ in K]  # (x, μ) on which H_d depends, and the stages
     (x, mu), *inside = letters
     asked = Asked(s.n)
-    found = given(asked, x, mu, h, *([inside] if inside else []))
-    if getattr(found, "shape", None) == (1, 1):
-        found = found[0, 0]
-    value = None if found is None or hasattr(found, "shape") else sympy.sympify(found)
+    result = function(asked, x, mu, h, *([inside] if inside else []))
+    if getattr(result, "shape", None) == (1, 1):
+        result = result[0, 0]
+    value = None if result is None or hasattr(result, "shape") else sympy.sympify(result)
     if not isinstance(value, sympy.Expr):
-        what = "a matrix" if hasattr(found, "shape") else shown(found)
+        what = "a matrix" if hasattr(result, "shape") else shown(result)
         raise BadInput(f"a discrete Hamiltonian gives {what}: return one expression.")
     _check_identity(value, kind, h, letters)
     (start_x, start_mu), new = s.split(z), z + h * K[0]
@@ -108,10 +108,10 @@ def _equations(
 
     def derivative(by: Iterable[Letter]) -> Column:
         by = list(by)
-        found = jacobian([value], by).T.xreplace(swap)
+        result = jacobian([value], by).T.xreplace(swap)
         for weight, state, slope in zip(weights, asked.states, slopes, strict=True):
-            found += weight.xreplace(swap) * jacobian(list(state), by).T.xreplace(swap) * slope
-        return found
+            result += weight.xreplace(swap) * jacobian(list(state), by).T.xreplace(swap) * slope
+        return result
 
     by_x, by_mu = derivative(x), derivative(mu)
     if kind == "II":

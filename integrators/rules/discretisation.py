@@ -122,8 +122,8 @@ class Discretisation:
 
     def applies(self, scene: Scene) -> bool:
         """True if the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
-        given, variational = scene.discrete_lagrangian, self.is_formula and self.asks_lagrangian
-        if variational and (given is not None) != (self.formula is own.formula):
+        function, variational = scene.discrete_lagrangian, self.is_formula and self.asks_lagrangian
+        if variational and (function is not None) != (self.formula is own.formula):
             return False
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 

@@ -48,9 +48,9 @@ def by_nodes(
                     f"{family} with {shown(nodes)} nodes: give a whole number from {least} to "
                     f"{MOST_NODES}."
                 )
-            found = made(nodes, *more)
-            found.formula.__doc__ = found.formula.__doc__ or make.__doc__
-            return found
+            rule = made(nodes, *more)
+            rule.formula.__doc__ = rule.formula.__doc__ or make.__doc__
+            return rule
 
         return method
 

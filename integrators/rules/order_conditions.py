@@ -47,8 +47,8 @@ def lyndon_words(weight: int, over: int, odd: bool) -> tuple[Word, ...]:
             if k <= left:
                 yield from ((k, *rest) for rest in words(left - k))
 
-    found = (w for w in words(weight) if all(w < w[i:] + w[:i] for i in range(1, len(w))))
-    return tuple(sorted(found, key=len))
+    lyndon = (w for w in words(weight) if all(w < w[i:] + w[:i] for i in range(1, len(w))))
+    return tuple(sorted(lyndon, key=len))
 
 
 def conditions(order: int, over: int, odd: bool) -> list[Word]:
@@ -61,15 +61,15 @@ def gap(word: Word, sizes: Scalars, in_turn: bool) -> Scalar:
 
     in_turn: True if the first, third, … of the sizes are steps of the adjoint.
     """
-    found = [1, *[0] * len(word)]  # coefficients of the word's beginnings
+    coefficients = [1, *[0] * len(word)]  # coefficients of the word's beginnings
     for i, size in enumerate(sizes):
         powers = [size**k if k % 2 or not in_turn or i % 2 else -(size**k) for k in word]
         for j in range(len(word), 0, -1):
             term: Scalar = 1
             for first in range(j - 1, -1, -1):
                 term *= powers[first]
-                found[j] += found[first] * term / factorial(j - first)
-    return found[-1] - (1 if word == (1,) else 0)
+                coefficients[j] += coefficients[first] * term / factorial(j - first)
+    return coefficients[-1] - (1 if word == (1,) else 0)
 
 
 def said(word: Word, in_turn: bool) -> str:
@@ -191,12 +191,12 @@ def _symmetric(sizes: list[Mpf]) -> list[Mpf]:
 @lru_cache(maxsize=4096)
 def _slopes(word: Word, sizes: tuple[float, ...], in_turn: bool) -> tuple[float, ...]:
     """Return the derivatives of `gap` by each size, by complex steps, without cancellation."""
-    tiny, found = 1e-30, []
+    tiny, slopes = 1e-30, []
     for i in range(len(sizes)):
         moved: list[complex] = list(sizes)
         moved[i] = complex(sizes[i], tiny)
-        found.append(complex(gap(word, moved, in_turn)).imag / tiny)
-    return tuple(found)
+        slopes.append(complex(gap(word, moved, in_turn)).imag / tiny)
+    return tuple(slopes)
 
 
 def _mpf(value: Exact, digits: int) -> Mpf:
@@ -209,7 +209,7 @@ def read(values: GivenVector, what: str) -> tuple[list[Exact], list[Fraction]]:
     """Return exact numbers and the largest error of each; raises `BadInput` unless real."""
     if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
         raise BadInput(f"{what}: give a list of coefficients, such as [1/4, 1/2, 1/4].")
-    found, rounded = list[Exact](), list[Fraction]()
+    numbers, rounded = list[Exact](), list[Fraction]()
     for i, value in enumerate(values):
         name = f"{what}: coefficient {i + 1}"
         complex_ = getattr(value, "is_real", None) is False or hasattr(value, "_mpc_")
@@ -218,11 +218,11 @@ def read(values: GivenVector, what: str) -> tuple[list[Exact], list[Fraction]]:
                 f"{name} is {value}, a complex number: a step of complex size has no place in a "
                 "real motion; give real coefficients."
             )
-        found.append(exact(value, name))
+        numbers.append(exact(value, name))
         rounded.append(_rounded(value))
-    if not found:
+    if not numbers:
         raise BadInput(f"{what}: no coefficient is given.")
-    return found, rounded
+    return numbers, rounded
 
 
 def check_sum(what: str, numbers: Sequence[Exact], rounded: Sequence[Fraction]) -> None:

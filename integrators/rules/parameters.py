@@ -23,21 +23,21 @@ def open_numbers(parameters: object) -> dict[str, Any]:
 
     Raises `BadInput` for what are no names, and for values that are no numbers.
     """
-    given: Any = (parameters,) if isinstance(parameters, str) else parameters
-    several = isinstance(given, list | tuple | Mapping)
-    if several and (taken := [e for e in given if e in _LETTERS]):
+    entries: Any = (parameters,) if isinstance(parameters, str) else parameters
+    several = isinstance(entries, list | tuple | Mapping)
+    if several and (taken := [e for e in entries if e in _LETTERS]):
         raise BadInput(
             f"the parameters of a rule are {shown(parameters)}, but {taken[0]} is one of the "
             f"letters of rules ({', '.join(_LETTERS)}): choose another name for it."
         )
-    if not several or not all(isinstance(e, str) and e.isidentifier() for e in given):
+    if not several or not all(isinstance(e, str) and e.isidentifier() for e in entries):
         raise BadInput(
             f"the parameters of a rule are {shown(parameters)}: give names of numbers that stay "
             'open, such as parameters=("w",), or their values, parameters={"w": "1/6"}.'
         )
-    if not isinstance(given, Mapping):
-        return dict.fromkeys(given)
-    return {name: exact(value, f"the parameter {name}") for name, value in given.items()}
+    if not isinstance(entries, Mapping):
+        return dict.fromkeys(entries)
+    return {name: exact(value, f"the parameter {name}") for name, value in entries.items()}
 
 
 def with_parameters(rule: _Rule, values: Mapping[str, Any], name: str | None = None) -> _Rule:
@@ -72,10 +72,10 @@ def _bound(rule: Any, known: Mapping[str, Any]) -> Function:
     missing = [each for each in rule.left_open if each not in known]
 
     @wraps(formula)
-    def bound(*given: Any) -> Any:
-        scene = {e: getattr(given[0].parameters, e) for e in missing}
+    def bound(*arguments: Any) -> Any:
+        scene = {e: getattr(arguments[0].parameters, e) for e in missing}
         values = {**known, **scene}
-        value = formula(*given, **{e: values[e] for e in values if e in wanted})
+        value = formula(*arguments, **{e: values[e] for e in values if e in wanted})
         return _replaced(value, {sympy.Symbol(e): values[e] for e in values})
 
     if known:

@@ -82,10 +82,10 @@ def splitting(
         raise BadInput("splitting: give at least two coefficients, one of each part.")
     names = PARTS if first == PARTS[0] else PARTS[::-1]
     if parts is not None:
-        given = _functions(parts)
+        functions = _functions(parts)
         if first != PARTS[0]:
             raise BadInput("splitting: parts= are taken in their order; leave first= out.")
-        names = ("first", "second" if len(given) == 2 else "last")
+        names = ("first", "second" if len(functions) == 2 else "last")
     for i, part in enumerate(names):
         check_sum(f"splitting: of the {part} part", numbers[i::2], rounded[i::2])
     if first == "potential":
@@ -101,7 +101,7 @@ def splitting(
     reached = max(1, own.order_over(1))
     label, why = described_own("splitting", own, reached, order, name)
     about = source or f"a splitting of order {reached}" + (f": {why}" if why else "")
-    return OneStepMap(label, _formula(given, own), reached, about)
+    return OneStepMap(label, _formula(functions, own), reached, about)
 
 
 def _functions(parts: Sequence[Function]) -> tuple[Function, ...]:

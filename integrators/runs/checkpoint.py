@@ -80,8 +80,8 @@ class Checkpoint:
                 f"{self.name}: {self.path} is the checkpoint of another run; delete it and its "
                 "rows, or name another file."
             )
-        found = {word: self._read_numbers(array) for word, array in state.items()}
-        return found or None  # empty for a run that was killed before its first row
+        arrays = {word: self._read_numbers(array) for word, array in state.items()}
+        return arrays or None  # empty for a run that was killed before its first row
 
     def columns(self, columns: Columns, count: int) -> dict[str, np.ndarray]:
         """Return the columns of `count` rows, on disk or with copies there (`stepper.Allocate`).
@@ -113,25 +113,25 @@ class Checkpoint:
             self._write({})  # from here on these rows belong to this run
         begins = self.state is None
         try:
-            found = {
+            columns = {
                 word: (_create if begins else _open)(path, shapes[word], kinds[word])
                 for word, path in paths.items()
             }
         except OSError as error:
             raise self._write_failure(error) from None
         if begins:
-            return found
-        bad = [str(paths[word]) for word, column in found.items() if column is None]
+            return columns
+        bad = [str(paths[word]) for word, column in columns.items() if column is None]
         seal = b""
         for k in range(0 if bad else self.whole):
-            seal = _chained(seal, [column[k] for column in found.values()])
+            seal = _chained(seal, [column[k] for column in columns.values()])
         if seal != self._seal:
             names = ", ".join(bad or map(str, paths.values()))
             raise BadInput(
                 f"{self.name}: the rows {names} of the checkpoint are gone or damaged; delete the "
                 "checkpoint and all its rows, or name another one."
             )
-        return found
+        return columns
 
     def save(self, state: Mapping[str, np.ndarray], whole: int, at_once: bool) -> None:
         """Write the rows to disk, then the state; whole: the number of complete rows.
@@ -156,11 +156,11 @@ class Checkpoint:
         self._saved = time.monotonic()
 
     def _write(self, state: Mapping[str, np.ndarray]) -> None:
-        held = {word: np.asarray(array) for word, array in state.items()}
-        held |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self.whole)}
-        seal = np.array([*_digest(self.key, held)], np.uint8)
+        content = {word: np.asarray(array) for word, array in state.items()}
+        content |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self.whole)}
+        seal = np.array([*_digest(self.key, content)], np.uint8)
         file = io.BytesIO()
-        whole: dict[str, Any] = {"key": np.array(self.key), "seal": seal, **held}
+        whole: dict[str, Any] = {"key": np.array(self.key), "seal": seal, **content}
         np.savez(file, **whole)
         try:
             write_atomically(self.path, file.getvalue())
@@ -198,9 +198,9 @@ class Checkpoint:
         bits: int = getattr(self.numbers, "bits", 53)
         texts = [e.decode() for e in array.ravel()]
         whole = [e.lstrip("-").isdigit() for e in texts]
-        found = np.empty(len(texts), dtype=object)
-        found[:] = [int(e) if w else gmpy2.mpfr(e, bits) for e, w in zip(texts, whole, strict=True)]
-        return found.reshape(array.shape)
+        items = np.empty(len(texts), dtype=object)
+        items[:] = [int(e) if w else gmpy2.mpfr(e, bits) for e, w in zip(texts, whole, strict=True)]
+        return items.reshape(array.shape)
 
     def _write_failure(self, error: OSError) -> CouldNotRun:
         why = error.strerror or error
@@ -241,9 +241,9 @@ def _open(path: Path, shape: tuple[int, ...], kind: np.dtype) -> Any:
     The file is opened for reading first: opened for writing, numpy would append the missing part.
     """
     try:
-        found: Any = np.lib.format.open_memmap(path, "r")
-        whole = path.stat().st_size == found.offset + found.nbytes
-        if not (whole and found.shape == shape and found.dtype == kind):
+        array: Any = np.lib.format.open_memmap(path, "r")
+        whole = path.stat().st_size == array.offset + array.nbytes
+        if not (whole and array.shape == shape and array.dtype == kind):
             return None
         return np.lib.format.open_memmap(path, "r+")
     except Exception:  # numpy and ast raise many errors for a wrong file

@@ -81,12 +81,12 @@ def side_by_side(
     thread; other numbers go one after another. The first item goes alone and compiles everything
     needed.
     """
-    found, left = [function(item) for item in items[:1]], items[1:]
+    results, left = [function(item) for item in items[:1]], items[1:]
     threads = min(cores(), len(left)) if isinstance(numbers, Double) else 1
     if threads < 2:
-        return found + [function(item) for item in left]
+        return results + [function(item) for item in left]
     with ThreadPoolExecutor(threads) as pool:
-        return found + list(pool.map(function, left))
+        return results + list(pool.map(function, left))
 
 
 def _of_one_length(x0s: Rows | None, mu0s: Rows | None, what: str) -> tuple[Starts, Starts]:
@@ -97,11 +97,11 @@ def _of_one_length(x0s: Rows | None, mu0s: Rows | None, what: str) -> tuple[Star
             raise BadInput(
                 f"{what}: an ensemble's starts are {shown(starts)}; give a list of them."
             )
-    given = [list(starts) for starts in (x0s, mu0s) if starts is not None]
-    if not given or len({len(starts) for starts in given}) > 1 or not given[0]:
-        counts = " and ".join(str(len(starts)) for starts in given) or "no"
+    lists = [list(starts) for starts in (x0s, mu0s) if starts is not None]
+    if not lists or len({len(starts) for starts in lists}) > 1 or not lists[0]:
+        counts = " and ".join(str(len(starts)) for starts in lists) or "no"
         raise BadInput(f"{what}: an ensemble of {counts} starts; give x0s and mu0s of one length.")
-    none: Starts = [None] * len(given[0])
+    none: Starts = [None] * len(lists[0])
     return (none if x0s is None else list(x0s)), (none if mu0s is None else list(mu0s))
 
 

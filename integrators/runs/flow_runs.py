@@ -26,7 +26,7 @@ class FlowRuns:
         """The name of the system, for messages."""
         return str(self.scheme.scene.name)
 
-    def trajectory(self, *given: Any, **named: Any) -> Trajectory:
+    def trajectory(self, *arguments: Any, **named: Any) -> Trajectory:
         """Run from a start; see the flow's own."""
         raise NotImplementedError
 
@@ -55,19 +55,19 @@ class FlowRuns:
         mu0s: Rows | None = None,
         steps: Any = None,
         every: int = 1,
-        **given: Any,
+        **arguments: Any,
     ) -> Ensemble:
         """Run from many starts at once, on all cores; rows as in `trajectory`, members along axis
         0. Programs run one after another.
 
         x0s (k, n) and mu0s (k, m), of a lattice (k, N, n) and (k, N, m); None takes the system's
-        own for all. steps must be given. given: arguments of `trajectory`, for all members; each
+        own for all. steps must be given. arguments: those of `trajectory`, for all members; each
         member has a checkpoint of its own, FILE.0 and so on. A member that fails does not stop the
         others (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
         """
 
         def member(index: int, x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
-            own = dict(given)
+            own = dict(arguments)
             if own.get("checkpoint") is not None:
                 own["checkpoint"] = f"{own['checkpoint']}.{index}"
             return self.trajectory(steps, every, x0=x0, mu0=mu0, **own)

@@ -84,30 +84,30 @@ class Trajectory:
     def of_rows(cls, t: Vector, x: Matrix, u: Matrix, mu: Matrix, **more: object) -> Trajectory:
         """Return the trajectory of these rows, without counters and events except those given."""
         count = np.zeros(len(t), dtype=np.int64)
-        given: dict[str, Any] = {
+        defaults: dict[str, Any] = {
             "iterations": count, "translates": count.copy(), "base": x, "multipliers": mu[:, :0],
             "newton_mean": 0.0, "newton_max": 0, "newton_residual": 0.0, "margin": 1.0, "edges": 0,
             "solver": "Newton", "contraction": 0.0,
         }  # fmt: skip
-        return cls(t=t, x=x, u=u, mu=mu, **{**given, **more})
+        return cls(t=t, x=x, u=u, mu=mu, **{**defaults, **more})
 
     @classmethod
-    def begun(cls, later: Callable[..., dict[str, Any]], *given: Any) -> Trajectory:
+    def begun(cls, later: Callable[..., dict[str, Any]], *arguments: Any) -> Trajectory:
         """Return a trajectory whose fields are computed when they are read.
 
-        later: returns, for `given` and a name, the field of that name, and perhaps others. Most
+        later: returns, for `arguments` and a name, the field of that name, perhaps others. Most
         short runs are asked for their states alone, which costs less than all the counters.
         """
         made = object.__new__(cls)
-        made.__dict__["_later"] = later, given
+        made.__dict__["_later"] = later, arguments
         return made
 
     def __getattr__(self, name: str) -> Any:
         own = vars(self)
         if "_later" not in own or name not in self.__dataclass_fields__:
             raise AttributeError(f"a Trajectory has no {name}")
-        later, given = own["_later"]
-        own.update({**later(*given, name), **own})
+        later, arguments = own["_later"]
+        own.update({**later(*arguments, name), **own})
         return own[name]
 
     def __getstate__(self) -> dict[str, Any]:

@@ -55,6 +55,6 @@ class AffineLagrangian:
 
 def halves(theta: Iterable[Scalar]) -> tuple[list[int], list[int]]:
     """Return the places of the components of a one-form that do not vanish, and of the others."""
-    found = [sympy.sympify(e) for e in theta]
-    vanishing = [i for i, e in enumerate(found) if e == 0 or e.equals(0)]
-    return [i for i in range(len(found)) if i not in vanishing], vanishing
+    components = [sympy.sympify(e) for e in theta]
+    vanishing = [i for i, e in enumerate(components) if e == 0 or e.equals(0)]
+    return [i for i in range(len(components)) if i not in vanishing], vanishing

@@ -41,8 +41,8 @@ class ConstraintParts:
         for word in ("positions", "shift"):
             object.__setattr__(self, word, _column(getattr(self, word)))
         for word in ("rows", "reactions"):
-            if (given := getattr(self, word)) is not None:
-                rows = list(map(_column, entries_of(_listed(given))))
+            if (matrix := getattr(self, word)) is not None:
+                rows = list(map(_column, entries_of(_listed(matrix))))
                 object.__setattr__(self, word, rows)
 
 
@@ -79,16 +79,16 @@ class Constraint:
         return arguments_of(self.function) == 3
 
 
-def entries_of(given: Answer) -> list[Answer]:
+def entries_of(value: Answer) -> list[Answer]:
     """Return the given value as a list; of one entry if it is no collection."""
-    shape = getattr(given, "shape", None)
-    many = hasattr(given, "__iter__") if shape is None else shape != ()
-    return list(given) if many and not isinstance(given, str | dict) else [given]
+    shape = getattr(value, "shape", None)
+    many = hasattr(value, "__iter__") if shape is None else shape != ()
+    return list(value) if many and not isinstance(value, str | dict) else [value]
 
 
-def _positions(given: Answer, m: int) -> ConstraintParts:
+def _positions(answer: Answer, m: int) -> ConstraintParts:
     """Return φ of a list of expressions."""
-    phi = _column(given)
+    phi = _column(answer)
     if not phi or any(map(_has_entries, phi)):
         raise BadInput(
             f"its constraint gives {_written(phi)}, but must give a list of expressions φ, each a "
@@ -97,11 +97,11 @@ def _positions(given: Answer, m: int) -> ConstraintParts:
     return ConstraintParts(positions=phi)
 
 
-def velocity_rows(given: Answer, m: int) -> ConstraintParts:
+def velocity_rows(answer: Answer, m: int) -> ConstraintParts:
     """Return A and a of a list of rows, with a = 0, or of the pair (rows, right sides)."""
-    moving, right = given, ()
-    if paired := isinstance(given, tuple) and len(given) == 2 and _is_pair(*given, m):
-        moving, right = given
+    moving, right = answer, ()
+    if paired := isinstance(answer, tuple) and len(answer) == 2 and _is_pair(*answer, m):
+        moving, right = answer
     rows = [_column(row) for row in entries_of(_listed(moving))]
     if not rows or any(len(row) != m or any(map(_has_entries, row)) for row in rows):
         raise BadInput(
@@ -118,16 +118,16 @@ def velocity_rows(given: Answer, m: int) -> ConstraintParts:
     return ConstraintParts(rows=rows, shift=shift)
 
 
-def _listed(given: Answer) -> Answer:
+def _listed(answer: Answer) -> Answer:
     """Return an array, or a matrix of sympy, as nested lists."""
-    return given.tolist() if hasattr(given, "tolist") else given
+    return answer.tolist() if hasattr(answer, "tolist") else answer
 
 
-def _column(given: Answer) -> list[Scalar]:
+def _column(answer: Answer) -> list[Scalar]:
     """Return the entries of a list, or of a matrix with one row or one column."""
-    found = entries_of(_listed(given))
-    shape = getattr(given, "shape", ())
-    return [e for row in found for e in row] if len(shape) == 2 and 1 in shape else found
+    entries = entries_of(_listed(answer))
+    shape = getattr(answer, "shape", ())
+    return [e for row in entries for e in row] if len(shape) == 2 and 1 in shape else entries
 
 
 def _has_entries(value: object) -> bool:

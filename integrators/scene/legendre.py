@@ -92,13 +92,13 @@ class LegendreTransform:
 
 
 def nested(
-    given: Exact | tuple[Exact, ...], entry: Callable[[Exact], Expression]
+    parameter: Exact | tuple[Exact, ...], entry: Callable[[Exact], Expression]
 ) -> Expression | SymbolicMatrix:
     """Return a parameter, or the matrix of one that is a tuple, with a function of each entry."""
-    if not isinstance(given, tuple):
-        return entry(given)
+    if not isinstance(parameter, tuple):
+        return entry(parameter)
     return sympy.Matrix([[entry(e) for e in row] if isinstance(row, tuple) else [entry(row)]
-                         for row in given])  # fmt: skip
+                         for row in parameter])  # fmt: skip
 
 
 def _letters(scene: Scene) -> list[Any]:

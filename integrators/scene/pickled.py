@@ -24,10 +24,10 @@ Picklable: TypeAlias = Any
 
 def held(module: str, name: str) -> Any:
     """Return the object that a module has under a name, such as a class's attribute, A.b."""
-    found: Any = import_module(module)
+    thing: Any = import_module(module)
     for part in name.split("."):
-        found = getattr(found, part)
-    return found
+        thing = getattr(thing, part)
+    return thing
 
 
 def called(get: Callable[[str], Any], name: str) -> Picklable:
@@ -101,9 +101,9 @@ def _modules(function: object) -> Iterator[str]:
 
 def _changes(one: Picklable, other: Picklable) -> dict[str, Any]:
     """Return the fields in which another scene differs from `one`."""
-    found = {f.name: getattr(other, f.name) for f in fields(one)}
+    values = {f.name: getattr(other, f.name) for f in fields(one)}
     if one.groupoid.retraction == other.groupoid.retraction and (
         one.groupoid.name == other.groupoid.name
     ):
-        found.pop("groupoid")  # it holds many derived expressions
-    return {name: value for name, value in found.items() if value != getattr(one, name)}
+        values.pop("groupoid")  # it holds many derived expressions
+    return {name: value for name, value in values.items() if value != getattr(one, name)}

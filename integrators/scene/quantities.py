@@ -50,10 +50,10 @@ class Conserved:
 
     def at(self, x: Point, mu: Covector, p: Parameters, h: Scalar) -> Scalar | Column:
         """Return the quantity of sympy columns x, mu, parameters p and step h; lists as columns."""
-        found = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
-        if not isinstance(found, list | tuple) or any(isinstance(e, str) for e in found):
-            return found  # text is refused later, because sympy would read it as code
-        return sympy.Matrix(found)
+        value = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
+        if not isinstance(value, list | tuple) or any(isinstance(e, str) for e in value):
+            return value  # text is refused later, because sympy would read it as code
+        return sympy.Matrix(value)
 
     @property
     def to_roundoff(self) -> bool:
@@ -88,8 +88,8 @@ def takes_fourth(function: Function | None) -> bool:
 def arguments_of(function: Function | None) -> int:
     """Return the number of a function's positional arguments without default; 0 if unknown."""
     signature = None if function is None else signature_of(function)
-    given = signature.parameters.values() if signature else ()
-    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
+    parameters = signature.parameters.values() if signature else ()
+    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in parameters)
 
 
 def on_group(

@@ -129,9 +129,9 @@ class Scene:
             put("lagrangian", LegendreTransform(self.hamiltonian))
         elif isinstance(self.lagrangian, LegendreTransform | AffineLagrangian):
             raise BadInput(f"{self.name}: without hamiltonian= give a lagrangian=.")
-        given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
-        given += self.in_numbers
-        if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
+        count = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
+        count += self.in_numbers
+        if not count or (count == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(
                 f"{self.name}: give either lagrangian= or discrete_lagrangian=, or hamiltonian=."
             )
@@ -296,16 +296,16 @@ class Scene:
     @cached_property
     def has_lagrangian(self) -> bool:
         """True if a Lagrangian is given, or follows from the Hamiltonian in closed form."""
-        found = self.lagrangian
-        return found.exists(self) if isinstance(found, LegendreTransform) else found is not None
+        L = self.lagrangian
+        return L.exists(self) if isinstance(L, LegendreTransform) else L is not None
 
     @cached_property
     def without_lagrangian(self) -> str:
         """The reason why its Hamiltonian has no Lagrangian, not even as an unknown; or ""."""
-        found = self.lagrangian
-        if not isinstance(found, LegendreTransform) or found.exists(self):
+        L = self.lagrangian
+        if not isinstance(L, LegendreTransform) or L.exists(self):
             return ""
-        if not found.is_regular(self):
+        if not L.is_regular(self):
             return "∂²H/∂mu² of its Hamiltonian is singular, so it has no Lagrangian"
         if self.force is not None:
             return "a force acts with the weight of its Lagrangian, which has no closed form"

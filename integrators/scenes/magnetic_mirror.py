@@ -11,8 +11,8 @@ from ..scene import Conserved, Parameters, Point, Scalar, Scene
 
 def _field(x: Point) -> tuple[list[Scalar], Scalar]:
     """B and |B|."""
-    found = [-x[0] * x[2], -x[1] * x[2], 1 + x[2] ** 2]
-    return found, sympy.sqrt(sum(e**2 for e in found))
+    field = [-x[0] * x[2], -x[1] * x[2], 1 + x[2] ** 2]
+    return field, sympy.sqrt(sum(e**2 for e in field))
 
 
 def one_form(x: Point, p: Parameters) -> list[Scalar]:

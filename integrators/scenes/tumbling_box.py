@@ -13,12 +13,12 @@ from .pivoted_body import lagrangian
 def _corners(x: Point, p: Parameters) -> list[tuple[Scalar, list[Scalar]]]:
     """Of each corner, the height and the place on the table."""
     attitude = sympy.Matrix(3, 3, list(x[3:, :]))
-    found = []
+    corners = []
     for signs in every((1, -1), repeat=3):
         corner = sympy.Matrix([sign * e for sign, e in zip(signs, p.half, strict=True)])
         at = x[:3, :] + attitude * corner
-        found.append((at[2], [at[0], at[1]]))
-    return found
+        corners.append((at[2], [at[0], at[1]]))
+    return corners
 
 
 scene = Scene(

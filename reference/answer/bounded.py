@@ -30,8 +30,8 @@ def bounded_integration(
     bounds = BlockBounds(equations)
 
     def run(settings: TaylorSettings, proving: bool) -> tuple[dict[Fraction, Finding], Enclosed]:
-        found = enclose(equations, program, times, settings, proving)
-        return _findings(equations, bounds, found, settings), found
+        enclosure = enclose(equations, program, times, settings, proving)
+        return _findings(equations, bounds, enclosure, settings), enclosure
 
     pilot = TaylorSettings(PILOT)
     lost, proving = _lost(run(pilot, True)[0], pilot), True
@@ -47,17 +47,17 @@ def bounded_integration(
     before: tuple[int, int] | None = None
     for _ in range(ATTEMPTS):
         settings = TaylorSettings(settings.digits + more)
-        findings, found = run(settings, proving)
+        findings, enclosure = run(settings, proving)
         worst = min(finding.certain for finding in findings.values())
-        held = not proving or len(found.held) == len(findings)
-        if worst >= digits and held:
+        proof = not proving or len(enclosure.held) == len(findings)
+        if worst >= digits and proof:
             break
-        more = max(2, digits - worst + 1) if held else 15
-        if held and before is not None and worst > before[1]:
+        more = max(2, digits - worst + 1) if proof else 15
+        if proof and before is not None and worst > before[1]:
             gained = Fraction(worst - before[1], settings.digits - before[0])
             more = math.ceil(more / min(gained, Fraction(1)))
         before = settings.digits, worst
-    return findings, found.sweep, settings
+    return findings, enclosure.sweep, settings
 
 
 def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
@@ -67,17 +67,17 @@ def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
 
 
 def _findings(
-    equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
+    equations: Equations, bounds: BlockBounds, enclosure: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
     """Return the finding at each time, from the bounds."""
-    blocks = all_blocks(equations, found.sweep, settings.working)
+    blocks = all_blocks(equations, enclosure.sweep, settings.working)
     findings = {}
-    for t, errors in found.bounds.items():
+    for t, errors in enclosure.bounds.items():
         with working(settings.precision + 32):
             each = bounds.of(errors, blocks[t])
             worst = _relative(each, blocks[t], blocks[Fraction(0)])
             bound, certain = upper(worst), whole_digits(worst)
-        proven = t in found.held
+        proven = t in enclosure.held
         how = (
             "their error is enclosed" if proven
             else "their defect is bounded, its growth estimated to first order"

@@ -93,13 +93,13 @@ def certified_integration(
             else:
                 remark = f"Gragg-Bulirsch-Stoer extrapolation agrees {said(other[t])}"
                 findings[t] = findings[t].limited(other[t], remark, digits)
-    found = {}
+    solutions = {}
     for t in times:
         finding = _kept(equations.name, findings[t], invariants, start, settings.working)
         if form is not None:
             finding = _beside(asked, finding, start)
-        found[t] = finding.solution(digits, attitude)
-    return found
+        solutions[t] = finding.solution(digits, attitude)
+    return solutions
 
 
 @remembered(maxsize=64)
@@ -199,8 +199,8 @@ def _second_method(
             sweep = extrapolate(equations, [*times, Fraction(0)], tolerance + more, max_steps=most)
         except (ReferenceFailure, NameError):  # NameError: a function the second printer lacks
             return None
-        found = all_blocks(equations, sweep, tolerance + more + 14)
-        agreed = {t: agreement(found[t], trusted[t], trusted[Fraction(0)]) for t in times}
+        blocks = all_blocks(equations, sweep, tolerance + more + 14)
+        agreed = {t: agreement(blocks[t], trusted[t], trusted[Fraction(0)]) for t in times}
         if min(agreed.values()) >= asked.digits:
             break
     return agreed

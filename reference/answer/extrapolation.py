@@ -64,7 +64,7 @@ def extrapolate(
     with gmpy2.context(gmpy2.get_context(), precision=math.ceil(working * BITS)):
         constants = [number_to_mpfr(value, working) for value in numbers]
         start = [number_to_mpfr(value, working) + gmpy2.mpfr(0) for value in equations.start]
-        found, steps = {Fraction(0): start}, 0
+        states, steps = {Fraction(0): start}, 0
         tolerance = gmpy2.mpfr(10) ** -digits
         for direction in (1, -1):
             state, now = start, gmpy2.mpfr(0)
@@ -91,8 +91,8 @@ def extrapolate(
                             f"{now:.6g}: the solution is singular there; "
                             "ask for an earlier time"
                         )
-                found[t] = state
-        return Sweep({t: found[t] for t in times}, steps, 2 * columns)
+                states[t] = state
+        return Sweep({t: states[t] for t in times}, steps, 2 * columns)
 
 
 def neville_weights(columns: int) -> tuple[list[Fraction], list[Fraction]]:

@@ -85,8 +85,8 @@ def build(name: str) -> Table:
     """Compute and write the table of a scene; nothing is written if it is not certain."""
     problem = Problem.of(scene_of(name))
     times, attitude = times_of(problem.scene), problem.has_attitude
-    found = problem.solve(times, DIGITS, attitude, thorough=True)
-    rows = [found[t] for t in times]
+    solutions = problem.solve(times, DIGITS, attitude, thorough=True)
+    rows = [solutions[t] for t in times]
     poor = [row for row in rows if row.certain_digits < DIGITS]
     if poor:
         raise Uncertain(

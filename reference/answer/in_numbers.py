@@ -67,11 +67,11 @@ def _digits_of_energy(scene: Any, way: np.ndarray) -> int:
     A relative error ε of a state changes H by Σ|z ∂H/∂z| ε, and its own rounding by |H| ε.
     """
     n = scene.groupoid.dim_x
-    found = [float(np.asarray(scene.numeric_hamiltonian(z[:n].copy(), z[n:].copy())).reshape(()))
-             for z in way]  # fmt: skip
-    drift = max(abs(value - found[0]) for value in found)
-    size = max(float(np.abs(z) @ np.abs(_slopes(scene, z))) for z in way) + abs(found[0])
-    if not np.isfinite([*found, size]).all():  # it has no value there, or too large a one
+    energies = [float(np.asarray(scene.numeric_hamiltonian(z[:n].copy(), z[n:].copy())).reshape(()))
+                for z in way]  # fmt: skip
+    drift = max(abs(value - energies[0]) for value in energies)
+    size = max(float(np.abs(z) @ np.abs(_slopes(scene, z))) for z in way) + abs(energies[0])
+    if not np.isfinite([*energies, size]).all():  # it has no value there, or too large a one
         return 0
     return math.floor(-math.log10(drift / size)) if drift else 15
 
@@ -88,8 +88,8 @@ def field(scene: Any) -> Field:
 
 def _slopes(scene: Any, z: np.ndarray) -> np.ndarray:
     n = scene.groupoid.dim_x
-    given = scene.gradient(z[:n].copy(), z[n:].copy())
-    return np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in given])
+    parts = scene.gradient(z[:n].copy(), z[n:].copy())
+    return np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in parts])
 
 
 def _tensor(scene: Any) -> Callable[[np.ndarray], np.ndarray]:
@@ -105,13 +105,13 @@ def _tensor(scene: Any) -> Callable[[np.ndarray], np.ndarray]:
     constants = {k: sympy.lambdify([list(x)], e, "numpy") for k, e in of.constants.items()}
 
     def tensor(z: np.ndarray) -> np.ndarray:
-        q, p, found = list(z[:n]), z[n:], np.zeros((n + m, n + m))
+        q, p, matrix = list(z[:n]), z[n:], np.zeros((n + m, n + m))
         if n:
             rho = np.asarray(anchor(q), dtype=float).reshape(n, m)
-            found[:n, n:], found[n:, :n] = rho, -rho.T
+            matrix[:n, n:], matrix[n:, :n] = rho, -rho.T
         for (g, i, j), value in constants.items():
-            found[n + i, n + j] -= float(value(q)) * p[g]
-        return found
+            matrix[n + i, n + j] -= float(value(q)) * p[g]
+        return matrix
 
     return tensor
 
@@ -121,12 +121,12 @@ def _dormand_prince(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarra
     from scipy.integrate import solve_ivp
 
     scale = np.abs(z).max()
-    found = solve_ivp(f, (0.0, end), z, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE * scale,
-                      max_step=abs(end) / PARTS)  # fmt: skip
-    if not found.success or not np.isfinite(found.y[:, -1]).all():
-        raise MotionEnds(f"scene {name}: DOP853 stops at t = {float(found.t[-1]):.4g}",
-                         float(found.t[-1]))  # fmt: skip
-    return np.asarray(found.y.T)
+    run = solve_ivp(f, (0.0, end), z, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE * scale,
+                    max_step=abs(end) / PARTS)  # fmt: skip
+    if not run.success or not np.isfinite(run.y[:, -1]).all():
+        raise MotionEnds(f"scene {name}: DOP853 stops at t = {float(run.t[-1]):.4g}",
+                         float(run.t[-1]))  # fmt: skip
+    return np.asarray(run.y.T)
 
 
 def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:

@@ -68,8 +68,8 @@ class Invariants:
     def _moving(self, blocks: Blocks) -> list[bool]:
         """Return for each True if its derivative is more than round-off."""
         behind = *blocks.get("attitude", ()), *blocks.get("time", ())
-        found = self.rates(*blocks["x"], *blocks["v"], *behind)
-        return [abs(rate) > 1e-10 * scale for rate, scale in found]
+        rates = self.rates(*blocks["x"], *blocks["v"], *behind)
+        return [abs(rate) > 1e-10 * scale for rate, scale in rates]
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -101,13 +101,13 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
         )
         try:
             with short_numbers(f"the conserved quantity {quantity.name}"):
-                found = sympy.sympify(quantity.at(base, mu, parameter_values(scene), None))
+                expression = sympy.sympify(quantity.at(base, mu, parameter_values(scene), None))
         except Exception as error:
             raise ReferenceFailure(
                 f"the conserved quantity {quantity.name} of scene {scene.name} cannot be evaluated "
                 f"on symbols ({type(error).__name__}: {error}); write it with sympy functions"
             ) from error
-        entries = list(found) if hasattr(found, "shape") else [found]
+        entries = list(expression) if hasattr(expression, "shape") else [expression]
         names += [quantity.name] * len(entries)
         values += entries
     values = list(map(sympy.sympify, values))

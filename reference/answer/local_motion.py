@@ -75,7 +75,7 @@ class Surroundings:
         moved: the relative change of each entry of the start.
         """
         n, m = self.equations.dim_x, self.equations.dim_u
-        found = []
+        rows = []
         with gmpy2.context(gmpy2.get_context(), precision=ROUGH_BITS):
             constants = self.program.constants_at(30)
             state = [number_to_mpfr(e, 30) + gmpy2.mpfr(0) for e in self.equations.start]
@@ -83,7 +83,7 @@ class Surroundings:
             state = [e * (1 + moved * (-1) ** i) if i < size else e for i, e in enumerate(state)]
             now = Fraction(0)
             for _ in range(MOST_STEPS):
-                found.append((now, _public(state[:n]), _public(state[n : n + m])))
+                rows.append((now, _public(state[:n]), _public(state[n : n + m])))
                 try:
                     series = self._series(ROUGH, state, constants)
                 except (ArithmeticError, ValueError):
@@ -94,7 +94,7 @@ class Surroundings:
                 step = duration - now if longest is None else min(longest, duration - now)
                 state = [polynomial(c, gmpy2.mpfr(step)) for c in series]
                 now += step
-        return found
+        return rows
 
     def conditioning(self, duration: Fraction) -> float | None:
         """Return the factor by which the motion enlarges a relative change of its start at the end.
@@ -123,15 +123,15 @@ class Surroundings:
             constants = self.program.constants_at(30)
             try:
                 series = self._series(ROUGH, self._state(x, v, t), constants)
-                found = _length(series)
+                span = _length(series)
             except (ArithmeticError, ValueError, OverflowError):
-                found = None
+                span = None
             else:
-                if found is None:
+                if span is None:
                     return None
-        if not found:
+        if not span:
             raise ReferenceFailure(f"scene {self.equations.name} has no series at such a state")
-        return found
+        return span
 
     def after(
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, steps: Sequence[Fraction],
@@ -154,13 +154,13 @@ class Surroundings:
             self._ends(x, v, t, steps, digits + more, terms + extra)
             for extra, more in ((0, 0), MORE)
         )
-        found = []
+        states = []
         with mpmath.workdps(digits + GUARD):
             for (x1, v1, mu1), (x2, _, mu2) in zip(one, other, strict=True):
                 off = [[abs(a - b) for a, b in zip(p, q, strict=True)]
                        for p, q in ((x1, x2), (mu1, mu2))]  # fmt: skip
-                found.append(ExactState(x1, v1, mu1, *off))
-        return found
+                states.append(ExactState(x1, v1, mu1, *off))
+        return states
 
     def coefficients(
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, terms: int, digits: int
@@ -208,7 +208,7 @@ class Surroundings:
         digits: int, terms: int,
     ) -> list[tuple[list[Any], list[Any], list[Any]]]:  # fmt: skip
         n, m = self.equations.dim_x, self.equations.dim_u
-        found = []
+        ends = []
         with gmpy2.context(gmpy2.get_context(), precision=math.ceil((digits + GUARD) * BITS)):
             constants = self.program.constants_at(digits + GUARD)
             series = self._series(terms, self._state(x, v, t), constants)
@@ -216,8 +216,8 @@ class Surroundings:
                 offset = gmpy2.mpfr(gmpy2.mpq(h))
                 end = _public([polynomial(c, offset) for c in series])
                 x1, v1 = end[:n], end[n : n + m]
-                found.append((x1, v1, self.momentum(x1, v1, t + h, digits)))
-        return found
+                ends.append((x1, v1, self.momentum(x1, v1, t + h, digits)))
+        return ends
 
 
 def _mpfr(value: Any) -> Any:
@@ -245,13 +245,13 @@ def _length(series: list[list[Any]]) -> Fraction | None:
 
     None if nothing moves except the time.
     """
-    rough, found = math.log2(ROUGH_TERM), math.inf
+    rough, step = math.log2(ROUGH_TERM), math.inf
     for sizes in _sizes(series):
         for k in (len(sizes) - 2, len(sizes) - 1):
             if sizes[k] > -math.inf:  # for some j < k: b_k + k s <= b_j + j s + rough
-                found = min(found, max((b + rough - sizes[k]) / (k - j)
-                                       for j, b in enumerate(sizes[:k])))  # fmt: skip
-    return None if found == math.inf else _fraction(gmpy2.exp2(gmpy2.mpfr(found)))
+                step = min(step, max((b + rough - sizes[k]) / (k - j)
+                                     for j, b in enumerate(sizes[:k])))  # fmt: skip
+    return None if step == math.inf else _fraction(gmpy2.exp2(gmpy2.mpfr(step)))
 
 
 def _fraction(value: Any) -> Fraction:

@@ -118,24 +118,24 @@ class ManyMotions:
 
         A change counts beside the size of x, or of v, each in a unit of its own.
         """
-        found, off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
+        ends, off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
         unit = np.ones(z.shape)
         for part in (slice(self.n), slice(self.n, len(z) - self.timed)):
-            sizes = np.nan_to_num(np.maximum(np.abs(z[part]), np.abs(found[part])), posinf=0.0)
+            sizes = np.nan_to_num(np.maximum(np.abs(z[part]), np.abs(ends[part])), posinf=0.0)
             most = sizes.max(axis=0, initial=0.0)
             if most.any():
                 unit[part] = np.maximum(most, PASSING * most.max())
         left, parts = np.arange(z.shape[1]), 2
         while len(left) and parts <= MOST_PARTS:
             finer = self._in_parts(z[:, left], spans[left], parts)
-            change = np.abs(finer - found[:, left])
+            change = np.abs(finer - ends[:, left])
             before = (off[:, left] / unit[:, left]).max(axis=0)
-            found[:, left], off[:, left] = finer, change
+            ends[:, left], off[:, left] = finer, change
             largest = (change / unit[:, left]).max(axis=0)
             done = (largest <= ENOUGH) | ((largest <= 1e-9) & (largest * SINKS > before))
             left, parts = left[~done], 2 * parts
         off[:, left] = np.inf
-        return found, off
+        return ends, off
 
     def _in_parts(self, z: np.ndarray, spans: np.ndarray, parts: int) -> np.ndarray:
         h, left = spans / parts, np.zeros_like(z)

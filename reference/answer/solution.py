@@ -54,8 +54,8 @@ def solutions(
         raise ReferenceFailure(
             f"digits={shown(digits)} is no positive whole number; ask for e.g. 50"
         )
-    for name, given in (("attitude", attitude), ("proof", proof)):
-        if not isinstance(given, bool):
+    for name, flag in (("attitude", attitude), ("proof", proof)):
+        if not isinstance(flag, bool):
             raise ReferenceFailure(f"{name} is no True or False: say one of them")
     exact_times = [exact_time(t) for t in times]
     if getattr(scene, "in_numbers", False):
@@ -68,12 +68,12 @@ def solutions(
             f"scene {problem.scene.name} lives on a {problem.scene.groupoid.kind} groupoid, which "
             "has no attitude; ask with attitude=False"
         )
-    found = _known.setdefault((problem.scene.name, problem.key, attitude, digits, proof), {})
-    missing = sorted(set(exact_times) - set(found))
+    table = _known.setdefault((problem.scene.name, problem.key, attitude, digits, proof), {})
+    missing = sorted(set(exact_times) - set(table))
     if missing:
         answers = _answers(problem, missing, digits, attitude, proof)
-        found.update(problem.with_velocity(answers))
-    return [found[t] for t in exact_times]
+        table.update(problem.with_velocity(answers))
+    return [table[t] for t in exact_times]
 
 
 def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
@@ -149,12 +149,12 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
         mass, force = functions(*at.x, *at.v, t)
         units = mpmath.diag(_units(mass, k))
         try:
-            found = units * mpmath.lu_solve(units * mass * units, units * force)
+            unknowns = units * mpmath.lu_solve(units * mass * units, units * force)
         except ZeroDivisionError:
             raise ReferenceFailure(
                 f"the constraints of scene {scene.name} are dependent at t = {float(at.t):.3g}"
             ) from None
-        return list(found)[-k:]
+        return list(unknowns)[-k:]
 
 
 def _units(matrix: Any, k: int) -> list[Any]:
@@ -167,14 +167,14 @@ def _units(matrix: Any, k: int) -> list[Any]:
     import mpmath
 
     m, one = matrix.rows - k, mpmath.mpf(1)
-    found = list[Any]()
+    units = list[Any]()
     for i in range(m):
         size = abs(matrix[i, i]) or max(abs(matrix[i, j]) for j in range(m)) or one
-        found.append(mpmath.ldexp(one, -(mpmath.frexp(size)[1] // 2)))
+        units.append(mpmath.ldexp(one, -(mpmath.frexp(size)[1] // 2)))
     for i in range(m, m + k):
-        size = max(abs(matrix[i, j] * found[j]) for j in range(m)) or one
-        found.append(mpmath.ldexp(one, -mpmath.frexp(size)[1]))
-    return found
+        size = max(abs(matrix[i, j] * units[j]) for j in range(m)) or one
+        units.append(mpmath.ldexp(one, -mpmath.frexp(size)[1]))
+    return units
 
 
 @once
@@ -192,22 +192,22 @@ def _answers(
 ) -> dict[Fraction, Solution]:
     """Return answers from the frozen table, from the user's cache, and the rest computed."""
     name, key = problem.scene.name, problem.key
-    found: dict[Fraction, Solution] = {}
+    answers: dict[Fraction, Solution] = {}
     tables = [lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)]
     own = key if proof else f"{key}, without proof"  # it does not serve a request with proof
     if not proof:
         tables.append(lambda: cache.kept(name, own))
     for table in tables:
-        if len(found) < len(times):
-            held = table()
-            rows = {t: held and held.row(t, digits, attitude) for t in set(times) - set(found)}
-            found |= {t: row for t, row in rows.items() if row}
-    missing = sorted(set(times) - set(found))
+        if len(answers) < len(times):
+            copy = table()
+            rows = {t: copy and copy.row(t, digits, attitude) for t in set(times) - set(answers)}
+            answers |= {t: row for t, row in rows.items() if row}
+    missing = sorted(set(times) - set(answers))
     if missing:
         solved = problem.solve(missing, digits, attitude, proof)
-        found |= solved
+        answers |= solved
         cache.keep(name, own, solved.values())
-    return found
+    return answers
 
 
 def forget() -> None:

@@ -57,9 +57,9 @@ class BlockBounds:
         """
         names = "x", "v", "attitude", "time"
         parts = {name: errors[self.equations.block(name)] for name in names}
-        found = {name: largest(part) for name, part in parts.items() if part}
+        bounds = {name: largest(part) for name, part in parts.items() if part}
         state = [e for name in names for e in blocks.get(name, ())]
         box = [exact(z) + around_zero(e) for z, e in zip(state, errors, strict=True)]
         momentum, _ = BallRates(self.program)(box)
         wrong = (ball - exact(mu) for ball, mu in zip(momentum, blocks["mu"], strict=True))
-        return found | {"mu": largest(wrong)}
+        return bounds | {"mu": largest(wrong)}

@@ -60,10 +60,10 @@ def read(path: Path) -> Table:
     """Return the table in a file; raises `Damaged` unless `write` wrote its content."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        given = content.pop("checksum")
+        digest = content.pop("checksum")
         if content["schema"] != SCHEMA:
             raise Damaged(f"{path.name} has the schema {content['schema']} instead of {SCHEMA}")
-        if given != checksum(content):
+        if digest != checksum(content):
             raise Damaged(f"{path.name} does not fit its checksum")
         rows = tuple(_from_text(row) for row in content["rows"])
         return Table(content["scene"], content["key"], rows)

@@ -72,13 +72,13 @@ def toda_places(x: np.ndarray, kappa: np.ndarray, near: np.ndarray) -> np.ndarra
     Each must be alone within 8 sites of `near`. From e^(x_n − x_{n+1}) = 1 + sinh²κ/cosh²(κ(n + 1/2
     − X)) at the bonds beside the highest.
     """
-    heights, found = np.expm1(-np.diff(x)), []
+    heights, places = np.expm1(-np.diff(x)), []
     for k, guess in zip(np.abs(kappa), near, strict=True):
         around = np.arange(round(guess) - 8, round(guess) + 9)
         top = int(around[np.argmax(heights[around])])
         away = [np.arccosh(np.sinh(k) / np.sqrt(heights[n])) / k for n in (top - 1, top + 1)]
-        found.append(top + 0.5 + (away[0] - away[1]) / 2)
-    return np.array(found)
+        places.append(top + 0.5 + (away[0] - away[1]) / 2)
+    return np.array(places)
 
 
 def toda_traces(x: np.ndarray, p: np.ndarray, most: int) -> np.ndarray:
@@ -90,7 +90,7 @@ def toda_traces(x: np.ndarray, p: np.ndarray, most: int) -> np.ndarray:
     b, a = p / 2, np.exp((x - np.roll(x, -1)) / 2) / 2
     below = np.roll(a, 1)
     power = {0: np.ones_like(b)}  # offset j − i: the entries (i, i + offset)
-    found = []
+    traces = []
     for _ in range(most):
         grown: dict[int, np.ndarray] = {}
         for offset, entries in power.items():
@@ -98,5 +98,5 @@ def toda_traces(x: np.ndarray, p: np.ndarray, most: int) -> np.ndarray:
                 moved = entries * np.roll(column, -offset)
                 grown[offset + step] = grown.get(offset + step, 0) + moved
         power = grown
-        found.append(power[0].mean())
-    return np.array(found)
+        traces.append(power[0].mean())
+    return np.array(traces)

@@ -47,10 +47,10 @@ def balance(sizes: Any) -> tuple[list[Any], float]:
     if not np.isfinite(sizes).all():
         return [arb(1)] * len(sizes), math.inf
     norm = max(FROM_LEAST * float(max(abs(np.linalg.eigvals(sizes)))), STRETCH)
-    found = np.ones(len(sizes))
+    d = np.ones(len(sizes))
     for _ in range(REPEATED):
-        found = np.maximum(np.linalg.solve(np.eye(len(sizes)) - sizes / norm, found), found)
-    return list(map(arb, found.tolist())), norm
+        d = np.maximum(np.linalg.solve(np.eye(len(sizes)) - sizes / norm, d), d)
+    return list(map(arb, d.tolist())), norm
 
 
 def row_norm(matrix: Any, weights: list[Any]) -> Any:

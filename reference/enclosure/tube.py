@@ -94,9 +94,9 @@ class _Witness:
 
         def excess(size: Any) -> Any:
             step = Step(nodes, size, [])
-            found = Remainders(self.program, step, order, self.settings.precision)
-            self.found[size] = found
-            defect = max(found.form(form) for form in self.program.rates) * abs(size)
+            remainders = Remainders(self.program, step, order, self.settings.precision)
+            self.found[size] = remainders
+            defect = max(remainders.form(form) for form in self.program.rates) * abs(size)
             scale = max(abs(series[0]) for series in nodes[:n]) or 1
             return defect / scale * gmpy2.mpfr(10) ** self.settings.digits / order**3
 
@@ -112,9 +112,9 @@ class _Witness:
     def __call__(self, step: Step) -> None:
         order, n = self.settings.order, self.program.size
         with upward(), working():
-            found = self.found[step.size]
-            states = found.known[:n]
-            rounding = (2 * order + SLACK) * found.unit
+            remainders = self.found[step.size]
+            states = remainders.known[:n]
+            rounding = (2 * order + SLACK) * remainders.unit
             size = gmpy2.mpfr(abs(step.size))
             least = [a.norm * NEGLIGIBLE for a in states]
             low = [
@@ -131,7 +131,7 @@ class _Witness:
                     paths,
                     [path.derivative() for path in paths],
                     [exact(a.tails[k]) for a, k in zip(states, low, strict=True)],
-                    [exact(found.form(form) * size) for form in self.program.rates],
+                    [exact(remainders.form(form) * size) for form in self.program.rates],
                     [exact((a.norm + a.slopes().norm) * rounding) for a in states],
                     [(t, _fraction(o) / _fraction(step.size)) for t, o in step.times],
                 )
@@ -158,7 +158,7 @@ def enclose(
             for z, wanted in zip(sweep.states[Fraction(0)], equations.start, strict=True)
         ]
         _check_constants(program, settings)
-    held = {Fraction(0)}
+    proofs = {Fraction(0)}
     with working():
         scale = _scales(equations, witness, sweep)
         bounds = {t: [arb.pos_inf()] * len(start) for t in times} | {Fraction(0): start}
@@ -167,8 +167,8 @@ def enclose(
             for t, errors, safe in _carry(program, pieces, start, scale, proving):
                 bounds[t] = errors
                 if safe:
-                    held.add(t)
-    return Enclosed(sweep, bounds, held)
+                    proofs.add(t)
+    return Enclosed(sweep, bounds, proofs)
 
 
 def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:

@@ -73,13 +73,13 @@ def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     whole = Algebroid(rho, constants, groupoid.dim_x, groupoid.dim_u, basis)
     if groupoid.connection is None:
         return whole
-    given = sympy.Matrix(groupoid.connection(x)).applyfunc(without_floats)
-    if given.shape != (parts[1].dim_u, k):
+    A = sympy.Matrix(groupoid.connection(x)).applyfunc(without_floats)
+    if A.shape != (parts[1].dim_u, k):
         raise ReferenceFailure(
-            f"the connection of scene {name} is a {given.shape} matrix; give {(parts[1].dim_u, k)}"
+            f"the connection of scene {name} is a {A.shape} matrix; give {(parts[1].dim_u, k)}"
         )
     frame = sympy.eye(groupoid.dim_u)
-    frame[k:, :k] = -given
+    frame[k:, :k] = -A
     return in_frame(whole, frame, x)
 
 
@@ -164,13 +164,13 @@ def structure_constants(
         for j in range(i):
             bracket = basis[i] * basis[j] - basis[j] * basis[i]
             flat = bracket.reshape(columns.rows, 1)
-            found = (coordinates * flat).applyfunc(sympy.simplify)
-            if (columns * found - flat).applyfunc(sympy.simplify) != sympy.zeros(columns.rows, 1):
+            entries = (coordinates * flat).applyfunc(sympy.simplify)
+            if (columns * entries - flat).applyfunc(sympy.simplify) != sympy.zeros(columns.rows, 1):
                 raise ReferenceFailure(
                     f"the algebra of scene {name} is not closed: [e_{i}, e_{j}] leaves the span "
                     "of its basis; add the missing matrices"
                 )
-            for g, constant in enumerate(found):
+            for g, constant in enumerate(entries):
                 if constant != 0:
                     constants[g, i, j], constants[g, j, i] = constant, -constant
     return constants
@@ -193,20 +193,20 @@ def _local(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
     def at_identity(expression: sympy.Expr) -> sympy.Expr:
         zero: dict[Any, Any] = {symbol: 0 for symbol in (*u, *w)}
-        found = sympy.cancel(without_floats(expression / h).subs(zero))
-        if found.has(sympy.nan, sympy.zoo):
+        slope = sympy.cancel(without_floats(expression / h).subs(zero))
+        if slope.has(sympy.nan, sympy.zoo):
             raise ReferenceFailure(
                 f"target or product of scene {name} cannot be differentiated at the "
                 "identity u = 0 (0/0); write them with functions that are regular there"
             )
-        if found.has(h):
-            found = sympy.simplify(found)
-        if found.has(h):
+        if slope.has(h):
+            slope = sympy.simplify(slope)
+        if slope.has(h):
             raise ReferenceFailure(
-                f"target or product of scene {name} does not scale with the step: {found} "
+                f"target or product of scene {name} does not scale with the step: {slope} "
                 "should not depend on h; let u be a velocity, as in b = x + h*u"
             )
-        return found
+        return slope
 
     rho = sympy.Matrix(n, m, lambda i, g: at_identity(target[i].diff(u[g])))
     constants: dict[tuple[int, int, int], sympy.Expr] = {}

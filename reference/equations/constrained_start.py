@@ -33,26 +33,26 @@ def on_constraints(
     Raises `ReferenceFailure` for a start that is farther off, and names one that is not.
     """
     n, both = len(x), [*x, *v]
-    found, said = start, ""
+    state, said = start, ""
     still = not any(off.xreplace(dict.fromkeys(v, sympy.S.Zero)))
     with mpmath.workdps(DIGITS):
         for what, rows, own in (
             ("phi(x0)", phi, range(n)),
             ("A(x0) v0" if still else "A(x0) v0 - a(x0)", off, range(n, len(both))),
         ):
-            gap, ratio, moved = _projected(rows, both, found, own, n)
+            gap, ratio, moved = _projected(rows, both, state, own, n)
             if ratio > 4 * mpmath.mpf(2) ** -53 and not said:
                 said = f"{what} = 0 of scene {name} is off by {float(gap):.3g}"
             if moved is None:
                 break
-            found = moved
+            state = moved
     if said:
         end = " that satisfies it"
         if moved is not None:
-            x0, v0 = ([float(e) for e in part] for part in (found[:n], found[n:]))
+            x0, v0 = ([float(e) for e in part] for part in (state[:n], state[n:]))
             end += f", such as x0={x0}, v0={v0}"
         raise ReferenceFailure(f"the constraint {said}; give a start{end}")
-    return found
+    return state
 
 
 def _projected(

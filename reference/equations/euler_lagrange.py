@@ -107,8 +107,8 @@ class Mechanics:
     @property
     def timed(self) -> bool:
         """True if something depends on the time."""
-        held = (*self.admitted, *self.moving, *self.pushing)
-        return any(e.has(T) for e in (self.lagrangian, *self.acting, *held))
+        constraints = (*self.admitted, *self.moving, *self.pushing)
+        return any(e.has(T) for e in (self.lagrangian, *self.acting, *constraints))
 
     @property
     def driven(self) -> bool:
@@ -170,14 +170,14 @@ def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
     """
     if mechanics.degenerate:
         with mpmath.workdps(at.certain_digits + 20):
-            found = sympy.lambdify([*mechanics.x], _first_order(mechanics), "mpmath")(*at.x)
-            return list(mpmath.lu_solve(*found))
+            values = sympy.lambdify([*mechanics.x], _first_order(mechanics), "mpmath")(*at.x)
+            return list(mpmath.lu_solve(*values))
     letters = [*mechanics.x, *mechanics.v, T]
     rows = [mechanics.lagrangian.diff(e) for e in mechanics.v]
     with mpmath.workdps(at.certain_digits + 20):
         time = mpmath.mpf(at.t.numerator) / at.t.denominator
-        found = sympy.lambdify(letters, rows, "mpmath")(*at.x, *at.mu, time)
-        return [mpmath.mpf(e) for e in found]
+        values = sympy.lambdify(letters, rows, "mpmath")(*at.x, *at.mu, time)
+        return [mpmath.mpf(e) for e in values]
 
 
 def _constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> tuple[sympy.Matrix, ...]:
@@ -217,16 +217,16 @@ def _constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> tuple[sym
 
 def _matrix(entries: Any, columns: int) -> sympy.Matrix:
     """Return exact entries, row by row."""
-    found = [without_floats(sympy.sympify(e)) for e in entries]
-    return sympy.Matrix(len(found) // columns, columns, found)
+    numbers = [without_floats(sympy.sympify(e)) for e in entries]
+    return sympy.Matrix(len(numbers) // columns, columns, numbers)
 
 
 def _number(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> sympy.Expr:
     """Return the one value of a function of (x, p), (x, v, p) or (x, v, p, t)."""
-    found = _exact(scene, what, function, *states)
-    if len(found) != 1:
-        raise ReferenceFailure(f"the {what} of scene {scene.name} has {len(found)} values; give 1")
-    return found[0]
+    values = _exact(scene, what, function, *states)
+    if len(values) != 1:
+        raise ReferenceFailure(f"the {what} of scene {scene.name} has {len(values)} values; give 1")
+    return values[0]
 
 
 def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple[sympy.Expr, ...]:
@@ -242,12 +242,12 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
 
     try:
         with short_numbers(f"the {what} of scene {scene.name}"):
-            found = entries(values)
-            for entry in found:
+            components = entries(values)
+            for entry in components:
                 refuse_unwritten(entry, f"the {what} of scene {scene.name}")
             # so that they cannot absorb exact parameters
-            if any(e.has(sympy.Float) for e in found):
-                found = _with_symbolic_parameters(values, entries)
+            if any(e.has(sympy.Float) for e in components):
+                components = _with_symbolic_parameters(values, entries)
     except BadInput:
         raise
     except Exception as error:
@@ -255,24 +255,24 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
             f"the {what} of scene {scene.name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
         ) from error
-    for k, entry in enumerate(found):
+    for k, entry in enumerate(components):
         if not isinstance(entry, sympy.Expr) or hasattr(entry, "shape"):  # matrices are Expr, too
             raise ReferenceFailure(
                 f"component {k} of the {what} of scene {scene.name} is {entry}: give a number"
             )
     known = {e for state in states for e in state} | {T for _ in range(timed)}
-    unknown = set().union(*(e.free_symbols for e in found)) - known
+    unknown = set().union(*(e.free_symbols for e in components)) - known
     if unknown:
         raise ReferenceFailure(
             f"the {what} of scene {scene.name} contains unknown symbols "
             f"{', '.join(sorted(map(str, unknown)))}; make them parameters of the scene"
         )
-    if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo) for e in found):
+    if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo) for e in components):
         raise ReferenceFailure(
             f"the {what} of scene {scene.name} is not finite with these parameters; "
             "change the parameter that makes it so"
         )
-    return tuple(found)
+    return tuple(components)
 
 
 @dataclass(frozen=True)
@@ -435,14 +435,14 @@ def _start(
     return on_constraints(scene.name, start, phi.xreplace(at_start), off.xreplace(at_start), x, v)
 
 
-def _numbers(scene: Any, name: str, given: Any, wanted: int) -> tuple[sympy.Expr, ...]:
+def _numbers(scene: Any, name: str, start: Any, wanted: int) -> tuple[sympy.Expr, ...]:
     """The entries of a start as exact numbers."""
-    if len(given) != wanted:
+    if len(start) != wanted:
         raise ReferenceFailure(
-            f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
+            f"{name} of scene {scene.name} has {len(start)} entries where its groupoid "
             f"has {wanted}; give {wanted}"
         )
-    return tuple(exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(given))
+    return tuple(exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(start))
 
 
 def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
@@ -450,12 +450,12 @@ def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
     symbols = type(values)()
     for name, value in vars(values).items():
         if isinstance(value, sympy.MatrixBase):
-            held = sympy.Matrix(*value.shape, lambda i, j: sympy.Dummy(real=True))
-            substitution.update(zip(held, value, strict=True))
+            letters = sympy.Matrix(*value.shape, lambda i, j: sympy.Dummy(real=True))
+            substitution.update(zip(letters, value, strict=True))
         else:
-            held = sympy.Dummy(real=True)
-            substitution[held] = value
-        setattr(symbols, name, held)
+            letters = sympy.Dummy(real=True)
+            substitution[letters] = value
+        setattr(symbols, name, letters)
     return [without_floats(e).subs(substitution) for e in entries(symbols)]
 
 

@@ -36,8 +36,8 @@ def exact_time(t: Any) -> Fraction:
         )
     try:
         # numpy's short floats and gmpy2's are no Rational; numpy's integers stay in a Fraction
-        found = Fraction(t if isinstance(t, (Rational, str)) else Fraction(*t.as_integer_ratio()))
-        return Fraction(int(found.numerator), int(found.denominator))
+        time = Fraction(t if isinstance(t, (Rational, str)) else Fraction(*t.as_integer_ratio()))
+        return Fraction(int(time.numerator), int(time.denominator))
     except (ArithmeticError, AttributeError, TypeError, ValueError):
         raise ReferenceFailure(
             f"the time t={shown(t)} is not an exact finite number; "

@@ -173,7 +173,7 @@ class BallRates:
                 slope = slopes[places[0]] * rate
             values.append(value)
             slopes.append(slope)
-        found = [of_form(form) for form in self.rates]
-        rows = [slope * (1 / size) for (_, slope), size in zip(found, self.scale, strict=False)]
+        pairs = [of_form(form) for form in self.rates]
+        rows = [slope * (1 / size) for (_, slope), size in zip(pairs, self.scale, strict=False)]
         entries = [entry for row in rows for entry in row.entries()]
-        return [value for value, _ in found], arb_mat(len(rows), len(box), entries)
+        return [value for value, _ in pairs], arb_mat(len(rows), len(box), entries)

@@ -105,14 +105,14 @@ def integrate(
         start = [
             number_to_mpfr(value, settings.working) + gmpy2.mpfr(0) for value in equations.start
         ]
-        found = {Fraction(0): start}
+        states = {Fraction(0): start}
         steps = 0
         for direction in (1, -1):
             wanted = sorted((t for t in times if t * direction > 0), key=abs)
             steps += _one_way(
-                program, start, constants, wanted, settings, found, max_steps, watch, tied
+                program, start, constants, wanted, settings, states, max_steps, watch, tied
             )
-    return Sweep({t: found[t] for t in times}, steps, settings.order)
+    return Sweep({t: states[t] for t in times}, steps, settings.order)
 
 
 def _one_way(
@@ -121,7 +121,7 @@ def _one_way(
     constants: list[Any],
     wanted: list[Fraction],
     settings: TaylorSettings,
-    found: dict[Fraction, list[Any]],
+    states: dict[Fraction, list[Any]],
     max_steps: int,
     watch: Watch | None,
     tied: Independence | None,
@@ -174,7 +174,7 @@ def _one_way(
             offset = gmpy2.mpfr(exact)
             if abs(offset) > abs(step):
                 break
-            found[t] = [polynomial(coefficients, offset) for coefficients in series]
+            states[t] = [polynomial(coefficients, offset) for coefficients in series]
             reached.append((pending.pop(0), exact))
         if watch is not None:
             watch(Step(nodes, step, reached))

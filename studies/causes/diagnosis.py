@@ -52,21 +52,21 @@ def of_order(
         return None
     local = measurement.get("local") or {}
     low = local.get("order") is not None and local["order"] < wanted - NEAR
-    found = settled_truncation(scheme)
+    errors = settled_truncation(scheme)
     told: Told | None = None
-    if low and found.order >= wanted - NEAR:  # by so little that only the smallest steps show it
+    if low and errors.order >= wanted - NEAR:  # by so little that only the smallest steps show it
         if (local.get("floats") or {}).get("explain"):
             told = _of_floats(scheme, local["floats"])
         else:
-            found = truncation(scheme, Fraction(local["step"]))
-    evidence: dict[str, Any] = {name: getattr(found, name) for name in SHOWN}
+            errors = truncation(scheme, Fraction(local["step"]))
+    evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
     if told is not None:
         evidence["float"] = local["floats"]["values"]
-    elif found.order < wanted - NEAR:
-        cause, sentence = _of_rule(scheme, wanted, found, evidence)
+    elif errors.order < wanted - NEAR:
+        cause, sentence = _of_rule(scheme, wanted, errors, evidence)
         inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
         return named(cause, inside + sentence, evidence)
-    told = told or _of_runs(case, measurement, duration, at_50_digits, found, evidence, low)
+    told = told or _of_runs(case, measurement, duration, at_50_digits, errors, evidence, low)
     return told and named(*told, evidence)
 
 
@@ -96,9 +96,9 @@ def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
     """Return floats whose last bits explain the order, with the fraction probably meant."""
     ends = f"counts with its binary value, so errors end at {floats['size']:.1g} of a step"
     for value in floats["values"]:
-        given = Fraction(value)
-        meant = given.limit_denominator(MEANT)
-        off = float(abs(given - meant))
+        number = Fraction(value)
+        meant = number.limit_denominator(MEANT)
+        off = float(abs(number - meant))
         if 0 < off <= 2.0**-52 * value:
             return (
                 "float",
@@ -114,12 +114,12 @@ def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
     )
 
 
-def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]) -> Told:
+def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str, Any]) -> Told:
     """Return the cause of an L_d below its order: scene, gauge, retraction or L_d itself."""
-    off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
-    if found.order < found.order_of_legendre:
-        off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
-    off += f" at h = {found.steps[-1]:.2g}"
+    off = f"‖F±/h − μ‖ on exact arrows is {errors.legendre[-1]:.1e}"
+    if errors.order < errors.order_of_legendre:
+        off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {errors.residual[-1]:.1e}, relative to ‖μ‖,"
+    off += f" at h = {errors.steps[-1]:.2g}"
     for name in retractions.BUILT_IN:
         if scheme.scene.groupoid.retraction in (None, name) or scheme.equations.element is not None:
             continue
@@ -132,29 +132,29 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
             return (
                 "retraction",
                 f"in the {scheme.scene.groupoid.retraction} chart L_d is of order "
-                f"{found.order:.2f}, with --retraction {name} of order {_figure(other.order)}: "
+                f"{errors.order:.2f}, with --retraction {name} of order {_figure(other.order)}: "
                 "the rule takes u for more than this chart makes of it.",
             )
-    left = min(found.order_of_points, found.order_over_factor)
-    c = _fraction(*found.factors[-2:])
-    if found.order_of_legendre < 1 - NEAR < left and c != "1":
-        evidence["factors"] = found.factors
+    left = min(errors.order_of_points, errors.order_over_factor)
+    c = _fraction(*errors.factors[-2:])
+    if errors.order_of_legendre < 1 - NEAR < left and c != "1":
+        evidence["factors"] = errors.factors
         rest = f" Without it the rule is of order {_figure(left)}, not {wanted}."
         return (
             "factor",
             f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
             f"theirs ({off}): {_of_weights(scheme)}" + (rest if left < wanted - NEAR else ""),
         )
-    if scheme.scene.discrete_lagrangian is not None and found.order_of_legendre < 1 - NEAR:
+    if scheme.scene.discrete_lagrangian is not None and errors.order_of_legendre < 1 - NEAR:
         return (
             "scene",
             "the scene's discrete_lagrangian is none of its lagrangian: "
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
         )
     mend = "mend the rule, or declare that order."
-    if found.order_of_points > wanted - NEAR:
+    if errors.order_of_points > wanted - NEAR:
         mend = "take it out, or declare that order."
-    mean = mean_of_points(scheme) if abs(found.order - 1) < NEAR else ""
+    mean = mean_of_points(scheme) if abs(errors.order - 1) < NEAR else ""
     if mean not in ("", "1/2"):
         middle = truncation(scheme_of(scheme.scene, midpoint)).order
         evidence |= {"mean_of_points": mean, "order_of_midpoint": middle}
@@ -163,18 +163,18 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
                 f"the weighted mean of the points where it asks for L lies at {mean} of the step, "
                 "which makes order 1, and in the middle 2: move them, or declare order 1."
             )
-    if found.order_of_points > wanted - NEAR:
-        if found.order < 1 - NEAR and (whole := sum_of_weights(scheme)) not in ("", "1"):
+    if errors.order_of_points > wanted - NEAR:
+        if errors.order < 1 - NEAR and (whole := sum_of_weights(scheme)) not in ("", "1"):
             said = f"its weights sum to {whole}, and have to sum to 1 ({off})."
             return "factor", f"its points are those of L, but its momenta are not: {said}"
         return (
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
             "do not see, such as f(b(x, u)) − f(x): points would be of order "
-            f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
+            f"{_figure(errors.order_of_points)}, but momenta are of order {errors.order:.2f} "
             f"({off}); {mend}",
         )
-    if found.order < 1 - NEAR:
+    if errors.order < 1 - NEAR:
         return (
             "discrete Lagrangian",
             f"the rule is not consistent: {off} and does not sink as of a rule of order 1; L_d has "
@@ -186,13 +186,13 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
         if flat.order > wanted - NEAR:
             return (
                 "velocity in the chart",
-                f"L_d is of order {found.order:.2f} here and of order {_figure(flat.order)} on "
+                f"L_d is of order {errors.order:.2f} here and of order {_figure(flat.order)} on "
                 f"{FLAT}, whose chart is flat ({off}): {_of_velocity(scheme.rule)}",
             )
     return (
         "discrete Lagrangian",
-        f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
-        f"O(h^{wanted + 1}) ({off}): the method is of order {found.order:.2f} (Marsden, West, "
+        f"L_d differs from the exact discrete Lagrangian by O(h^{errors.order + 1:.2f}), not "
+        f"O(h^{wanted + 1}) ({off}): the method is of order {errors.order:.2f} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
     )
 
@@ -220,7 +220,7 @@ def _of_velocity(rule: Any) -> str:
 
 def _of_runs(
     case: Case, measurement: Measurement, duration: Fraction, at_50_digits: Callable[[], Any],
-    found: Truncation, evidence: Any, low: bool = False,
+    errors: Truncation, evidence: Any, low: bool = False,
 ) -> Told | None:  # fmt: skip
     """Return the cause in the runs (start, Newton, reference or round-off), or None.
 
@@ -231,7 +231,7 @@ def _of_runs(
     best = min(rows, key=lambda row: row["error"])
     wanted = case.scheme.base.order
     flow = case.scheme.flow(duration / best["steps"], case.digits)
-    fine = f"L_d is of order {found.order:.2f}, as declared, but "
+    fine = f"L_d is of order {errors.order:.2f}, as declared, but "
     start = _start_gap(case, flow)
     evidence["start"] = start
     if start > 1e3 * unit(case.digits):

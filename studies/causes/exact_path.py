@@ -59,7 +59,7 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
     h = Fraction(step)
     ends = _states(scheme, h, range(count + 1))
     field, lagrangian = _functions(scheme)
-    found = []
+    path = []
     with numbers.working():
         q = scheme.s.q_values(h, scheme.scene.parameter_values, numbers)
         for k in range(count):
@@ -76,8 +76,8 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
                     break
             values = [lagrangian(at, v, q) for at, v, _ in between]
             action = numbers.number(h) * sum(b * v for b, v in zip(weights, values, strict=True))
-            found.append(Arrow(x, list(weights @ slopes), mu, mu_after, action))
-    return found
+            path.append(Arrow(x, list(weights @ slopes), mu, mu_after, action))
+    return path
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def truncation(scheme: Scheme, first: Fraction | None = None) -> Truncation:
     """Measure at `HALVINGS` steps, by default from a quarter of the scene's step."""
     first = Fraction(scheme.scene.step) * COARSEST if first is None else first
     steps = [first / 2**k for k in range(HALVINGS)]
-    found = defaultdict[str, list[float]](list)
+    sizes = defaultdict[str, list[float]](list)
     _sweep(scheme, steps)
     numbers = arithmetic(DIGITS)
     for step in steps:
@@ -162,15 +162,15 @@ def truncation(scheme: Scheme, first: Fraction | None = None) -> Truncation:
             both = np.concatenate([maps[0]["minus"], maps[0]["plus"]]) / h
             exact, m = np.concatenate([mu, mu_after]), len(mu)
             factor = both @ exact / (exact @ exact)
-            found["factors"].append(float(factor))
+            sizes["factors"].append(float(factor))
             for name, c in (("legendre", 1), ("legendre_over_factor", factor)):
                 gap = both - c * exact
-                found[name].append(float(max(_norm(gap[:m]), _norm(gap[m:])) / size))
-            found["residual"].append(float(_norm(maps[0]["plus"] - maps[1]["minus"]) / h / size))
+                sizes[name].append(float(max(_norm(gap[:m]), _norm(gap[m:])) / size))
+            sizes["residual"].append(float(_norm(maps[0]["plus"] - maps[1]["minus"]) / h / size))
             value = _discrete_lagrangian(scheme, pair[0], flow)
             scale = h * size * (_norm(np.array(pair[0].u)) or 1)
-            found["lagrangian"].append(float(abs(value - pair[0].action) / scale))
-    return Truncation([float(s) for s in steps], **found)
+            sizes["lagrangian"].append(float(abs(value - pair[0].action) / scale))
+    return Truncation([float(s) for s in steps], **sizes)
 
 
 def settled_truncation(scheme: Scheme) -> Truncation:
@@ -178,12 +178,12 @@ def settled_truncation(scheme: Scheme) -> Truncation:
 
     A term of a low power and a small factor shows at short steps alone.
     """
-    found = truncation(scheme)
+    errors = truncation(scheme)
     for k in range(1, SHORTER + 1):
-        if found.settled:
+        if errors.settled:
             break
-        found = truncation(scheme, Fraction(scheme.scene.step) * COARSEST / 2 ** (HALVINGS * k))
-    return found
+        errors = truncation(scheme, Fraction(scheme.scene.step) * COARSEST / 2 ** (HALVINGS * k))
+    return errors
 
 
 def _norm(vector: np.ndarray) -> Any:

@@ -92,10 +92,10 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     form = getattr(scheme.rule, "form", State())
     readings = other_readings(system, form, z, time)
 
-    def field_of(meant: Any, given: Any) -> Vector:
+    def field_of(meant: Any, inverse: Any) -> Vector:
         at = meant(z)
         along = d * f(at)
-        return np.asarray((given(at + along, d) - given(at - along, -d)) / (2 * d))
+        return np.asarray((inverse(at + along, d) - inverse(at - along, -d)) / (2 * d))
 
     others = {name: field_of(*pair) for name, pair in readings.items()}
     misread = {name: [one(z) for one in pair] for name, pair in readings.items()}
@@ -192,14 +192,14 @@ def other_readings(system: Any, form: State, z: Vector, time: float) -> dict[str
     def exchanged(w: Vector, t: float = 0.0) -> Vector:
         return np.roll(w, n)
 
-    found: dict[str, tuple[Any, Any]] = {}
+    readings: dict[str, tuple[Any, Any]] = {}
     if len(z) == 2 * n or form.has_attitude:
         names = ("velocities for momenta", "momenta for velocities")
-        found[names[of_v]] = (velocities, momenta) if of_v else (momenta, velocities)
+        readings[names[of_v]] = (velocities, momenta) if of_v else (momenta, velocities)
     if len(z) == 2 * n:
-        found["q and p exchanged"] = exchanged, exchanged
+        readings["q and p exchanged"] = exchanged, exchanged
     if not form.has_attitude:
-        return found
+        return readings
 
     def transposed(w: Vector, t: float = 0.0) -> Vector:
         return np.concatenate([w[:9].reshape(3, 3).T.ravel(), w[9:]])
@@ -216,19 +216,19 @@ def other_readings(system: Any, form: State, z: Vector, time: float) -> dict[str
     def both(of: Any, a: Any, b: Any) -> tuple[Any, Any]:
         return (lambda w: of(w, 0.0, a)), (lambda w, t=0.0: of(w, t, b))
 
-    found["attitude transposed"] = transposed, transposed
-    found["velocity in space" if of_v else "momentum in space"] = both(turned, True, False)
+    readings["attitude transposed"] = transposed, transposed
+    readings["velocity in space" if of_v else "momentum in space"] = both(turned, True, False)
     if form.first == "quaternion":
-        found["quaternion with w last"] = both(rolled, 1, -1)
-    return found
+        readings["quaternion with w last"] = both(rolled, 1, -1)
+    return readings
 
 
 def factor(
-    found: list[Beginning], got: Any, of: Any, same: float = SAME, noise: float = NOISE
+    starts: list[Beginning], got: Any, of: Any, same: float = SAME, noise: float = NOISE
 ) -> float | None:
     """Return the one c with got = c·of at all places and in all entries, or None."""
-    a = np.concatenate([got(b) / b.span for b in found])
-    return factor_of(a, np.concatenate([of(b) / b.span for b in found]), same, noise)
+    a = np.concatenate([got(b) / b.span for b in starts])
+    return factor_of(a, np.concatenate([of(b) / b.span for b in starts]), same, noise)
 
 
 def factor_of(a: Vector, e: Vector, same: float, noise: float) -> float | None:

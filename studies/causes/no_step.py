@@ -13,25 +13,25 @@ from .first_terms import SEEN, Beginning, Told, factor, only
 SHARE = 0.05
 
 
-def of_no_step(found: list[Beginning], n: int) -> Told:
+def of_no_step(starts: list[Beginning], n: int) -> Told:
     """Return the cause of a step that moves the state by what does not sink with h."""
-    return _exchanged(found, n) or _without_h(found, n) or (
+    return _exchanged(starts, n) or _without_h(starts, n) or (
         "no step",
         "a step moves the state also as h goes to 0, where it has to leave it as it is: look for a "
         "factor h that is missing, or for one too many of the state.",
     )  # fmt: skip
 
 
-def _exchanged(found: list[Beginning], n: int) -> Told | None:
+def _exchanged(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if a step is the same for every h, or gives p where q belongs."""
-    if all(np.abs(a - e).max() <= SEEN * np.abs(e).max() for a, e in (b.moved for b in found)):
+    if all(np.abs(a - e).max() <= SEEN * np.abs(e).max() for a, e in (b.moved for b in starts)):
         return "no step", (
             "a step moves the state by the same for every h: h is not used, or a step size of its "
             'own is; a map of one step size says so by @black_box(step="0.1").'
         )
     for name, sentence in _GIVEN.items():
-        for k in range(2 if name in found[0].misread else 0):
-            ends = [(b, b.misread[name][k]) for b in found]
+        for k in range(2 if name in starts[0].misread else 0):
+            ends = [(b, b.misread[name][k]) for b in starts]
             if all(np.abs(b.z + b.moved[1] - e).max() <= 0.1 * np.abs(b.z - e).max()
                    for b, e in ends):  # fmt: skip  # a short step moves the state by less
                 return name, sentence
@@ -55,7 +55,7 @@ _GIVEN = {
 _GIVEN["momenta for velocities"] = _GIVEN["velocities for momenta"]
 
 
-def _without_h(found: list[Beginning], n: int) -> Told | None:
+def _without_h(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if one part of a step, or a half of it, moves the state without its h.
 
     A second half is of a place that the step has moved (see `SHARE`).
@@ -63,9 +63,9 @@ def _without_h(found: list[Beginning], n: int) -> Told | None:
     parts = (("the gradient of the potential", "kick", slice(n, None)),
              ("the motion of x", "drift", slice(0, n)))  # fmt: skip
     for name, word, part in parts:
-        if not all(name in b.parts for b in found):
+        if not all(name in b.parts for b in starts):
             continue
-        c = factor(found, lambda b, s=part: only(b.moved[1], s),
+        c = factor(starts, lambda b, s=part: only(b.moved[1], s),
                     lambda b, k=name, s=part: only(b.parts[k], s), same=SHARE)  # fmt: skip
         if c is not None and min(abs(c - 1), abs(c - 0.5)) < SHARE:
             of = "" if abs(c - 1) < SHARE else "a half of "

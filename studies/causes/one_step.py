@@ -53,35 +53,35 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     single = getattr(case.rule, "numbers", "") == "float32"
     if single:  # it hides the error's first terms: the same function shows them in doubles
         made = replace(case, rule=replace(case.rule, numbers="double"))  # type: ignore[call-arg]
-        given = of_step(made, order)  # errors of its runs may be round-off
-        return None if given and given["cause"] in _OF_NUMBERS else given
+        cause = of_step(made, order)  # errors of its runs may be round-off
+        return None if cause and cause["cause"] in _OF_NUMBERS else cause
     if case.rule.unit(16) > 2.0**-50:  # the few digits of a file hide them as well
         return None
     try:
         if (floor := evidence_of(case.scheme).order.floor) is not None:
             return _of_floor(case, floor)
-        found = list(beginnings(case, order))
+        starts = list(beginnings(case, order))
     except (BadInput, StepFailure, reference.ReferenceFailure):
         return None
-    if not found:
+    if not starts:
         return None
     n = case.scheme.s.n
     told = (
-        _wrapped(found, n)
-        or _of_numbers(case, found)
-        or _unprojected(case, found, n)
-        or _late(found, n)
-        or _of_limit(case, found, n)
-        or _of_small_factor(case, found)
+        _wrapped(starts, n)
+        or _of_numbers(case, starts)
+        or _unprojected(case, starts, n)
+        or _late(starts, n)
+        or _of_limit(case, starts, n)
+        or _of_small_factor(case, starts)
     )
     if told is None and order:
-        told = _by_design(case) or _of_second(case, found, n, finest)
+        told = _by_design(case) or _of_second(case, starts, n, finest)
     if told is None and not case.rule.is_formula:
         told = of_unlike_steps(case)
     if told is None:
         return None
-    evidence = {"limit": [float(e) for e in found[0].first_error / found[0].span],
-                "place": [float(e) for e in found[0].z]}  # fmt: skip
+    evidence = {"limit": [float(e) for e in starts[0].first_error / starts[0].span],
+                "place": [float(e) for e in starts[0].z]}  # fmt: skip
     return {"cause": told[0], "sentence": told[1], "evidence": evidence}
 
 
@@ -112,24 +112,24 @@ def _by_design(case: Case) -> Told | None:
     )
 
 
-def _explains(found: list[Beginning], field: Any) -> bool:
+def _explains(starts: list[Beginning], field: Any) -> bool:
     """Return True if another field is the limit at every place, and the scene's own is far off."""
 
     def left(b: Beginning) -> float:
         return float(np.abs((b.f + b.first_error - field(b)) / b.span).max())
 
-    off = max(float(np.abs(b.first_error / b.span).max()) for b in found)
-    return all(left(b) <= max(SEEN, 0.01 * off) for b in found)
+    off = max(float(np.abs(b.first_error / b.span).max()) for b in starts)
+    return all(left(b) <= max(SEEN, 0.01 * off) for b in starts)
 
 
-def _vanishes(found: list[Beginning], entries: Any) -> bool:
-    return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in found)
+def _vanishes(starts: list[Beginning], entries: Any) -> bool:
+    return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in starts)
 
 
-def _wrapped(found: list[Beginning], n: int) -> Told | None:
+def _wrapped(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if coordinates are off by whole turns, at places beyond one turn."""
     turns = [(b.shortest[:n] if b.shortest is not None else np.zeros(n)) / (2 * math.pi)
-             for b in found]  # fmt: skip
+             for b in starts]  # fmt: skip
     whole = [np.round(e) for e in turns]
     jumps = [i for i in range(n) if any(e[i] for e in whole)]
     if not jumps or any(np.abs(a - b).max() > WHOLE for a, b in zip(turns, whole, strict=True)):
@@ -141,17 +141,17 @@ def _wrapped(found: list[Beginning], n: int) -> Told | None:
     )
 
 
-def _late(found: list[Beginning], n: int) -> Told | None:
+def _late(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if a part of the state is of another time, an error that does not grow."""
-    grown = (np.abs(b.later - b.first_error).max() for b in found)
-    if _vanishes(found, lambda b: b.first_error) or not all(
-        more <= 0.05 * np.abs(b.first_error).max() for more, b in zip(grown, found, strict=True)
+    grown = (np.abs(b.later - b.first_error).max() for b in starts)
+    if _vanishes(starts, lambda b: b.first_error) or not all(
+        more <= 0.05 * np.abs(b.first_error).max() for more, b in zip(grown, starts, strict=True)
     ):
         return None
     parts = {"x": slice(0, n), "mu": slice(n, None)}
     late = {}
     for name, part in parts.items():
-        c = factor(found, lambda b, s=part: only(b.first_error, s),
+        c = factor(starts, lambda b, s=part: only(b.first_error, s),
                     lambda b, s=part: only(b.f, s))  # fmt: skip
         if c is not None and abs(c) > SEEN:
             late[name] = c
@@ -165,13 +165,13 @@ def _late(found: list[Beginning], n: int) -> Told | None:
     )
 
 
-def _unprojected(case: Case, found: list[Beginning], n: int) -> Told | None:
+def _unprojected(case: Case, starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if the momentum is off along the gradients of constraints, and no more."""
     scheme: Any = case.scheme
-    if case.scene.holonomic is None or _vanishes(found, lambda b: b.first_error):
+    if case.scene.holonomic is None or _vanishes(starts, lambda b: b.first_error):
         return None
     system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
-    for b in found:
+    for b in starts:
         q, p = b.z[:n], b.z[n:]
         normal = (system.constraint_jacobian(q) @ system.tensor(q, p)[:n, n:]).T
         off = b.first_error[n:] - normal @ np.linalg.lstsq(normal, b.first_error[n:])[0]
@@ -184,8 +184,8 @@ def _unprojected(case: Case, found: list[Beginning], n: int) -> Told | None:
     )
 
 
-def _block(found: list[Beginning], part: slice) -> bool:
-    return bool(len(found[0].z[part]))
+def _block(starts: list[Beginning], part: slice) -> bool:
+    return bool(len(starts[0].z[part]))
 
 
 def _share(c: float) -> str:
@@ -194,54 +194,54 @@ def _share(c: float) -> str:
     return f"{'' if fraction == 1 else fraction if near else f'{c:.4g}'}h".replace("1/2h", "h/2")
 
 
-def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
+def _of_limit(case: Case, starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if the limit of (Φ_h(z) − z)/h is not the vector field."""
-    if _vanishes(found, lambda b: b.first_error):
+    if _vanishes(starts, lambda b: b.first_error):
         return None
-    if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in found):  # D(h) does not sink with h
-        return of_no_step(found, n)
+    if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in starts):  # D(h) does not sink with h
+        return of_no_step(starts, n)
     for word, sentence in _NAMED.items():
-        known = all(word in b.others for b in found)
-        if known and _explains(found, lambda b, w=word: b.others[w]):
+        known = all(word in b.others for b in starts)
+        if known and _explains(starts, lambda b, w=word: b.others[w]):
             return word, sentence
-    whole = factor(found, lambda b: b.first_error, lambda b: b.f)
+    whole = factor(starts, lambda b: b.first_error, lambda b: b.f)
     if whole is not None:
         return all_by(1 + whole)
-    own = [1 + float(b.first_error @ b.f / (b.f @ b.f)) for b in found]
-    off = max(float(np.abs(b.first_error / b.span).max()) for b in found)
+    own = [1 + float(b.first_error @ b.f / (b.f @ b.f)) for b in starts]
+    off = max(float(np.abs(b.first_error / b.span).max()) for b in starts)
     if all(bool((np.abs(b.first_error - (c - 1) * b.f) <= 1e-3 * min(off, 1) * b.span).all())
-           for b, c in zip(found, own, strict=True)):  # fmt: skip
+           for b, c in zip(starts, own, strict=True)):  # fmt: skip
         return "step of its own", (
             "it moves along the motion, but by a time of its own that depends on the state, "
             f"{min(own):.4g} to {max(own):.4g} of the step: its steps are not of the size h."
         )
-    if (told := _squared(found, n)) is not None:
+    if (told := _squared(starts, n)) is not None:
         return told
-    if _cancels(found, n):
+    if _cancels(starts, n):
         return "flipped sign", (
             "the kicks of a step cancel, so that none is left as h goes to 0, though each moves "
             "the momentum: one of them has the wrong sign."
         )
-    for name in found[0].parts:
-        if max(float(np.abs(b.parts[name] / b.span).max()) for b in found) <= SEEN:
+    for name in starts[0].parts:
+        if max(float(np.abs(b.parts[name] / b.span).max()) for b in starts) <= SEEN:
             continue
-        c = factor(found, lambda b: b.first_error, lambda b, k=name: b.parts[k])
+        c = factor(starts, lambda b: b.first_error, lambda b, k=name: b.parts[k])
         if c is not None and abs(c) > SEEN:
             return said_of(name, 1 + c)
-    drag = factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
+    drag = factor(starts, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
         return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
-    return _not_squared(found, n) or _of_entries(case, found, n)
+    return _not_squared(starts, n) or _of_entries(case, starts, n)
 
 
-def _squared(found: list[Beginning], n: int) -> Told | None:
+def _squared(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if a part of a step has h² in place of h."""
     for name, what, own in (
         ("the motion of x", "x", slice(0, n)),
         ("the gradient of the potential", "the momentum", slice(n, None)),
     ):
         missing, c = (
-            factor(found, lambda b, k=key, s=own: only(getattr(b, k), s),
+            factor(starts, lambda b, k=key, s=own: only(getattr(b, k), s),
                     lambda b, k=name: b.parts[k])
             for key in ("first_error", "square")
         )  # fmt: skip
@@ -250,12 +250,12 @@ def _squared(found: list[Beginning], n: int) -> Told | None:
     return None
 
 
-def _not_squared(found: list[Beginning], n: int) -> Told | None:
+def _not_squared(starts: list[Beginning], n: int) -> Told | None:
     """Return the cause if a term of a step has h in place of h²."""
     for what, own in (("x", slice(0, n)), ("the momentum", slice(n, None))):
-        c = factor(found, lambda b, s=own: only(b.first_error, s),
+        c = factor(starts, lambda b, s=own: only(b.first_error, s),
                     lambda b, s=own: only(b.second, s))  # fmt: skip
-        others = _vanishes(found, lambda b, s=own: b.first_error - only(b.first_error, s))
+        others = _vanishes(starts, lambda b, s=own: b.first_error - only(b.first_error, s))
         if c is not None and abs(c) > SEEN and others:
             return "power of h", (
                 f"a term of {what} has h in place of h²: it is {c:.4g} h times the second "
@@ -264,18 +264,18 @@ def _not_squared(found: list[Beginning], n: int) -> Told | None:
     return None
 
 
-def _cancels(found: list[Beginning], n: int) -> bool:
+def _cancels(starts: list[Beginning], n: int) -> bool:
     """True if the gradient is missing in the limit, and a step of a free momentum moves it."""
     name = "the gradient of the potential"
 
     def others(b: Beginning) -> Vector:
         return b.f - b.parts["the motion of x"] - b.parts[name]
 
-    c = factor(found, lambda b: b.first_error, lambda b: b.parts[name])
-    free = not any(others(b).any() for b in found)
+    c = factor(starts, lambda b: b.first_error, lambda b: b.parts[name])
+    free = not any(others(b).any() for b in starts)
     if c is None or abs(c + 1) > 1e-3 or not free:
         return False
-    return any(np.abs(b.moved[0][n:]).max() > SEEN * np.abs(b.z).max() for b in found)
+    return any(np.abs(b.moved[0][n:]).max() > SEEN * np.abs(b.z).max() for b in starts)
 
 
 #: causes that concern the kind of numbers
@@ -330,10 +330,10 @@ def said_of(name: str, c: float) -> Told:
     return "factor", f"{name} comes {c:.6g} times in the step."
 
 
-def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
+def _of_entries(case: Case, starts: list[Beginning], n: int) -> Told | None:
     """Return the cause for single entries: a factor that is the same everywhere, or the size."""
-    size = len(found[0].z)
-    off = [max(abs(b.first_error[i]) / b.span[i] for b in found) for i in range(size)]
+    size = len(starts[0].z)
+    off = [max(abs(b.first_error[i]) / b.span[i] for b in starts) for i in range(size)]
     single = max(off) < 1e-5
     if single and max(off) > SINGLE / 64 and not case.rule.is_formula:
         return "single precision", (
@@ -345,7 +345,7 @@ def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
     told = []
     for i in wrong:
         one = slice(i, i + 1)
-        more = factor(found, lambda b, s=one: only(b.first_error, s),
+        more = factor(starts, lambda b, s=one: only(b.first_error, s),
                        lambda b, s=one: only(b.f, s))  # fmt: skip
         if more is not None:
             c = 1 + more
@@ -365,17 +365,17 @@ def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
     )
 
 
-def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
+def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
     """Return the cause if a program's numbers are no doubles, or are not smooth."""
     if case.rule.is_formula or case.rule.unit(16) > 2.0**-50:
         return None
     scheme: Any = case.scheme
     place = evidence_of(scheme).places[0]
-    z, size = found[0].z, len(found[0].z)
+    z, size = starts[0].z, len(starts[0].z)
     f = guarded(scheme.flow(place.step).map_of(t0=place.t), size)
     image = f(z)
     if not np.array_equal(image, f(z), equal_nan=True):
-        off = float((np.abs(f(z) - image) / found[0].span).max())
+        off = float((np.abs(f(z) - image) / starts[0].span).max())
         return "no map", (
             f"the same step made twice differs by {off:.1e}: it is random, or keeps something "
             "between calls; a method with memory is a class with start, step and read."
@@ -396,10 +396,10 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
                 return "rounded", f"all that it gives are {Grid(10, decimals).words}."
         if bool((image == image.astype(np.float32)).all()):
             return "single precision", "all that it gives are numbers of single precision."
-    scale = np.maximum(np.abs(z), found[0].span * float(place.length))
+    scale = np.maximum(np.abs(z), starts[0].span * float(place.length))
     noise = noise_of(f, z, scale, 2.0**-53)
     level = float((noise.level / scale).max())
-    of_step = float((noise.level / (found[0].span * float(place.step))).max())
+    of_step = float((noise.level / (starts[0].span * float(place.step))).max())
     if level > 1e-10:
         if any(SINGLE / 64 < e < 64 * SINGLE for e in (level, of_step)):
             said = f"a step is rough by {of_step:.1e} of its way: single precision somewhere."
@@ -424,16 +424,16 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
     return None
 
 
-def _of_small_factor(case: Case, found: list[Beginning]) -> Told | None:
+def _of_small_factor(case: Case, starts: list[Beginning]) -> Told | None:
     """Return the cause if a rate is off by one share too small for `SEEN`, alike at all places.
 
     Single steps have to deny the limit: a share alone may be what the extrapolation leaves.
     """
     order = evidence_of(case.scheme).order.order
-    if order is None or order > 1 - NEAR or not _vanishes(found, lambda b: b.first_error):
+    if order is None or order > 1 - NEAR or not _vanishes(starts, lambda b: b.first_error):
         return None
-    for name in ("every step", *found[0].parts):
-        c = factor(found, lambda b: b.first_error,
+    for name in ("every step", *starts[0].parts):
+        c = factor(starts, lambda b: b.first_error,
                     lambda b, k=name: b.parts.get(k, b.f), ALIKE, 0.0)  # fmt: skip
         if c:
             return all_by(1 + c) if name == "every step" else said_of(name, 1 + c)
@@ -441,14 +441,14 @@ def _of_small_factor(case: Case, found: list[Beginning]) -> Told | None:
 
 
 def _of_second(
-    case: Case, found: list[Beginning], n: int, finest: float | None = None
+    case: Case, starts: list[Beginning], n: int, finest: float | None = None
 ) -> Told | None:
     """Return the cause by e₂ as a part of z̈/2: values at a step's start, or half a step off."""
     wanted = case.order
     if wanted is None or wanted < 2:
         return None
-    if _small(found):
-        if wanted > 2 and (share := _rounded_share(case, found, finest)):
+    if _small(starts):
+        if wanted > 2 and (share := _rounded_share(case, starts, finest)):
             return "few digits", (
                 f"the error of a step begins with a low power of h, by {share:.1e} of what is "
                 "usual for it: coefficients that should cancel it have too few digits."
@@ -458,21 +458,21 @@ def _of_second(
             f"the error of a step begins later than with h², and earlier than with h^{wanted + 1}: "
             "look at the coefficients, their signs, and the order of substeps.",
         )  # fmt: skip
-    if found[0].of_time.any():
-        c = factor(found, lambda b: b.second_error, lambda b: b.of_time)
+    if starts[0].of_time.any():
+        c = factor(starts, lambda b: b.second_error, lambda b: b.of_time)
         if c is not None and abs(c + 0.5) < 1e-2:
             return "time frozen", (
                 "the time stands still within a step: stages ask for the field at the step's start."
             )
     blocks: list[float | None] = []
     for part in (slice(0, n), slice(n, None)):
-        if not _block(found, part):
+        if not _block(starts, part):
             blocks.append(None)
             continue
-        got = factor(found, lambda b, s=part: only(b.second_error, s),
+        got = factor(starts, lambda b, s=part: only(b.second_error, s),
                       lambda b, s=part: only(b.second, s))  # fmt: skip
         quiet = all(bool((np.abs(b.second_error[part]) <= 1e-4 * np.abs(b.second[part]).max(
-            initial=1e-300)).all()) for b in found)  # fmt: skip
+            initial=1e-300)).all()) for b in starts)  # fmt: skip
         blocks.append(0.0 if quiet else got)
     a, b = blocks
     if a is not None and b is not None and abs(a + b) < 1e-2 and abs(abs(a) - 0.5) < 1e-2:
@@ -520,7 +520,7 @@ def _of_square(what: str, share: float) -> str:
     return f"the term with h² of {what} comes {1 + 2 * share:.4g} times in the step."
 
 
-def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> float | None:
+def _rounded_share(case: Case, starts: list[Beginning], finest: float | None) -> float | None:
     """Return the relative size of an error that begins with h² or h³ by rounding, or None.
 
     None also means that it does not begin so, or with the usual size. If single steps show no
@@ -532,14 +532,16 @@ def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> 
     if order is None or not order < 3 - NEAR:
         return None
     low = order < 2 - NEAR
-    pairs = [(b.second_error, b.second / 2) if low else (b.third_error, b.third / 6) for b in found]
+    pairs = [
+        (b.second_error, b.second / 2) if low else (b.third_error, b.third / 6) for b in starts
+    ]
     share = max(float(np.abs(e).max() / max(np.abs(d).max(), 1e-300)) for e, d in pairs)
     return share if share < FEW else None
 
 
-def _small(found: list[Beginning]) -> bool:
+def _small(starts: list[Beginning]) -> bool:
     """Return True if e₂ is negligible beside the second derivative of the motion."""
     return all(
         bool((np.abs(b.second_error) <= 1e-3 * max(np.abs(b.second).max(), 1e-300)).all())
-        for b in found
+        for b in starts
     )

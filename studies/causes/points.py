@@ -43,13 +43,13 @@ def sum_of_weights(scheme: Scheme) -> str:
 
 def _meant(number: Any) -> str:
     """Return the fraction with a small denominator that equals it up to round-off, or decimals."""
-    given = Fraction(str(number.evalf(30)))
-    near = given.limit_denominator(MEANT)
-    if abs(given - near) <= 2.0**-52:
+    value = Fraction(str(number.evalf(30)))
+    near = value.limit_denominator(MEANT)
+    if abs(value - near) <= 2.0**-52:
         return str(near)
     # near a simple fraction, but not equal to it
-    beside = abs(given - given.limit_denominator(12)) < 1e-4
-    return f"{float(given):.12g}" if beside else f"{float(given):.4g}"
+    beside = abs(value - value.limit_denominator(12)) < 1e-4
+    return f"{float(value):.12g}" if beside else f"{float(value):.4g}"
 
 
 def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:
@@ -58,9 +58,9 @@ def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:
         return 0
     rest = answers_of(point, seen.Target)
     if rest is not None and tuple(rest[:-1]) == (*s.x, *s.u):
-        found = {rest[-1] / s.h}
+        shares = {rest[-1] / s.h}
     elif s.groupoid.canonical and len(point) == len(s.u):
-        found = {((e - x) / (s.h * u)).expand() for e, x, u in zip(point, s.x, s.u, strict=True)}
+        shares = {((e - x) / (s.h * u)).expand() for e, x, u in zip(point, s.x, s.u, strict=True)}
     else:
         return None
-    return found.pop() if len(found) == 1 and all(e.is_number for e in found) else None
+    return shares.pop() if len(shares) == 1 and all(e.is_number for e in shares) else None

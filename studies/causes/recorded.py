@@ -28,12 +28,12 @@ def of_rows(case: Case) -> dict[str, Any] | None:
     """Return {"cause", "sentence", "evidence"} if one factor explains what does not sink with h."""
     scheme: Any = case.scheme
     try:
-        found = None if scheme.arrows is not None else errors_of_no_step(scheme)
+        columns = None if scheme.arrows is not None else errors_of_no_step(scheme)
     except ReferenceFailure:
         return None
-    if found is None or len(found[0]) < FEWEST:
+    if columns is None or len(columns[0]) < FEWEST:
         return None
-    times, states, errors = found
+    times, states, errors = columns
     system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
     n = system.n
     terms = [parts_of(system, z, t) for z, t in zip(states, times, strict=True)]

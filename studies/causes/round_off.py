@@ -85,8 +85,8 @@ def measure_round_off(case: Case, rows: Sequence[Any], duration: Fraction, exact
             continue
         if known and steps > MOST_STEPS:
             most = max(steps for steps, _ in known)
-            found = max(found for _, found in known) * (steps / most) ** 2
-            made[k] = replace(row, round_off=found)
+            round_off = max(round_off for _, round_off in known) * (steps / most) ** 2
+            made[k] = replace(row, round_off=round_off)
             continue
         try:
             ends = []

@@ -50,9 +50,9 @@ def beside_baseline(
 
     lines = []
     if before is not None:
-        found = baseline.compared(options.baseline, result, before)
-        result = replace(result, baseline=found)
-        lines += _said(found)
+        comparison = baseline.compared(options.baseline, result, before)
+        result = replace(result, baseline=comparison)
+        lines += _said(comparison)
     missing = options.baseline is not None and before is None
     for name in dict.fromkeys([options.save_baseline, options.baseline if missing else None]):
         if name is not None and lookup.left_out(once=False):
@@ -66,18 +66,20 @@ def beside_baseline(
 
 def is_worse(result: StudyResult) -> bool:
     """Return True if some case is worse than in the baseline."""
-    found = result.baseline
-    return found is not None and any(line.answer == "worse" for line in found.lines)
+    comparison = result.baseline
+    return comparison is not None and any(line.answer == "worse" for line in comparison.lines)
 
 
-def _said(found: Comparison) -> list[str]:
-    counts = Counter(line.answer for line in found.lines)
+def _said(comparison: Comparison) -> list[str]:
+    counts = Counter(line.answer for line in comparison.lines)
     told = ", ".join(f"{count} {answer}" for answer, count in counts.items())
-    commit = (found.commit or "")[:10]
-    lines = [f"beside {found.name} ({found.date}{f' at {commit}' if commit else ''}): {told}"]
+    commit = (comparison.commit or "")[:10]
+    lines = [
+        f"beside {comparison.name} ({comparison.date}{f' at {commit}' if commit else ''}): {told}"
+    ]
     lines += [
         f"  {line.answer}: {line.case}: {line.why}\n    again: {line.command}"
-        for line in found.lines if line.answer != "equal"
+        for line in comparison.lines if line.answer != "equal"
     ]  # fmt: skip
-    lines += [f"  {what} was {then}, is {now}" for what, then, now in found.environment]
+    lines += [f"  {what} was {then}, is {now}" for what, then, now in comparison.environment]
     return lines

@@ -55,7 +55,7 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
         begun = time.perf_counter()
         best = problem.solve(steps, rule)
     scene = problem.scene
-    found = {
+    data = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "steps": steps, "cost": best.cost,
         "iterations": best.iterations, "seconds": time.perf_counter() - begun,
@@ -63,12 +63,12 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
             "t", "x", "mu", "u", "controls", "control_times", "node_controls", "costates")},
     }  # fmt: skip
     if options.json:
-        write_json(options.json, found)
+        write_json(options.json, data)
     if getattr(options, "folder", None):
-        write_run(options.folder, found, best)
+        write_run(options.folder, data, best)
     if options.json != "-":
         print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g}, Newton's method "
-              f"{best.iterations} corrections, {found['seconds']:.3g} s")  # fmt: skip
+              f"{best.iterations} corrections, {data['seconds']:.3g} s")  # fmt: skip
         rows = ("x", "mu", "node_controls", "costates")
         for at in (0, -1):
             print(f"t = {best.t[at]:.6g}: " + "; ".join(

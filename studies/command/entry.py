@@ -122,18 +122,18 @@ def _code_of(options: argparse.Namespace, farewell: Farewell) -> int:
 class _Parser(argparse.ArgumentParser):
     """A parser that accepts only whole names of options; -1/10 is a number."""
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(allow_abbrev=False, **given)
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
         self._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse the arguments, and report unknown ones with the nearest known name."""
-        found, left = super().parse_known_args(args, namespace)
+        options, left = super().parse_known_args(args, namespace)
         if left:
             near = nearest(left[0].partition("=")[0], self._option_string_actions)
             hint = f"; did you mean {near}?" if near else ""
             self.error(f"unrecognized arguments: {' '.join(left)}{hint}")
-        return found, left
+        return options, left
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
@@ -196,15 +196,15 @@ def _list(options: argparse.Namespace) -> int:
         else:
             print("\n".join(f"{word}: {meaning}." for word, meaning in meanings.items()))
         return PASS
-    found = {"scenes": list(scenes.every_name()), "rules": list(discretisations.names()),
+    lists = {"scenes": list(scenes.every_name()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES),
              "one_step_maps": list(discretisations.MAPS),
              "lattices": list(systems.NAMES)}  # fmt: skip
     if options.json:
-        write_json(options.json, found, indent=1)
+        write_json(options.json, lists, indent=1)
         return PASS
-    width = max(map(len, found["scenes"]))
-    for kind, names in found.items():
+    width = max(map(len, lists["scenes"]))
+    for kind, names in lists.items():
         print(f"{kind.replace('_', ' ')}:")
         for name in names:
             title = scenes.get(name).title if kind == "scenes" else ""

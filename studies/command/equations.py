@@ -140,8 +140,8 @@ def _of_stages(scheme: Scheme) -> Written:
     )  # fmt: skip
 
 
-def _sum(*given: Any) -> list[Any]:
-    return [e for e in given if e != 0]
+def _sum(*terms: Any) -> list[Any]:
+    return [e for e in terms if e != 0]
 
 
 def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, Any]:
@@ -206,7 +206,7 @@ def plain_text(terms: Terms, letters: Mapping[Any, str]) -> str:
 
 def subscript(name: str) -> str:
     """Return x_1 as x₁, and f_3[x_1] as f₃[x₁]."""
-    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda found: wording.subscript(found[1]), name)
+    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda match: wording.subscript(match[1]), name)
 
 
 def notation(scheme: Scheme) -> str:

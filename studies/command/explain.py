@@ -144,8 +144,8 @@ def _contact(scheme: Scheme) -> list[str]:
         if plane is not None:
             said += f", slips along {', '.join(plain_text([e], letters) for e in plane)}"
         lines += wrapped(said)
-    given = scene.friction if isinstance(scene.friction, tuple) else (scene.friction,)
-    friction = ", ".join(map(str, given))
+    coefficients = scene.friction if isinstance(scene.friction, tuple) else (scene.friction,)
+    friction = ", ".join(map(str, coefficients))
     return [
         *lines,
         f"  friction {friction}, restitution {scene.restitution}, impacts {scene.impacts}",
@@ -171,8 +171,8 @@ def _facts(scheme: Scheme) -> list[str]:
     if rule.effective is not None:
         said += f"; {rule.effective} once it is processed, as the rule declares"
     is_adjoint = "" if scheme.self_adjoint else "not "
-    found = [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
-    return found + _leading(scheme)
+    lines = [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
+    return lines + _leading(scheme)
 
 
 def _leading(scheme: Scheme) -> list[str]:
@@ -222,20 +222,20 @@ def _work(scheme: Scheme) -> list[str]:
         how = "no equation: the map is explicit"
     if flow.stages is not None:
         how = "a fixed point (Newton where that does not contract)"
-    found = [f"unknowns       {unknowns} a step, by {how}"]
-    found += [f"left out       {words}" for name, words in SAVINGS.items() if made[name]]
+    lines = [f"unknowns       {unknowns} a step, by {how}"]
+    lines += [f"left out       {words}" for name, words in SAVINGS.items() if made[name]]
     touching = scheme.scene.contact is not None
     try:
         run = flow.trajectory(CONTACT_STEPS if touching else STEPS)
     except StepFailure as failure:
-        return [*found, f"cost           not counted: {failure.cause} at step {failure.step_index}"]
+        return [*lines, f"cost           not counted: {failure.cause} at step {failure.step_index}"]
     corrections = run.newton_mean
     steps = CONTACT_STEPS if touching else 20 * STEPS
     (timing,) = race([lambda: flow.trajectory(steps, steps)], 0.3)
     cost = f"{timing.median / steps * 1e6:.3g} µs"
     step = float(scheme.scene.step)
     if touching:
-        return [*found, f"cost           {cost} a step of {step:g}, of the first {steps}"]
+        return [*lines, f"cost           {cost} a step of {step:g}, of the first {steps}"]
     try:
         if flow.stages is not None:
             raise CannotMeasure("the operations are those of Newton's kernels")
@@ -243,4 +243,4 @@ def _work(scheme: Scheme) -> list[str]:
         cost = f"{solve * corrections + update:.0f} operations, {cost}"
     except CannotMeasure:
         pass
-    return [*found, f"cost           {cost} a step of {step:g}, {corrections:.2f} corrections"]
+    return [*lines, f"cost           {cost} a step of {step:g}, {corrections:.2f} corrections"]

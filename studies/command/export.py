@@ -74,11 +74,11 @@ def _export(options: argparse.Namespace) -> int:
                 lines = [_of_run(run)]
                 # the studies ask programs for runs of scenes
                 asked = options.check and not hasattr(scheme, "lattice")
-                found = exports.verdicts(scheme, box, show) if asked else []
-                lines += map(_of_study, found)
+                verdicts = exports.verdicts(scheme, box, show) if asked else []
+                lines += map(_of_study, verdicts)
                 if options.check:
                     lines.append(_of_cost(*exports.cost(scheme, box)))
-            alike = all(e.alike for e in found)
+            alike = all(e.alike for e in verdicts)
             verdict = worst([run.verdict, "pass" if alike else "fail"])
             said.append(f"Verified beside the original, {verdict}: {' '.join(lines)}")
             for line in lines:
@@ -94,9 +94,9 @@ def _of_run(run: Beside) -> str:
             f"{run.worst:.2g} of what round-off explains{why}.")  # fmt: skip
 
 
-def _of_study(found: Verdicts) -> str:
-    why = f" ({found.reason})" if found.reason and not found.alike else ""
-    return f"{found.study}: {found.exported}, the original: {found.original}{why}."
+def _of_study(verdicts: Verdicts) -> str:
+    why = f" ({verdicts.reason})" if verdicts.reason and not verdicts.alike else ""
+    return f"{verdicts.study}: {verdicts.exported}, the original: {verdicts.original}{why}."
 
 
 def _of_cost(own: float, original: float) -> str:
@@ -105,6 +105,6 @@ def _of_cost(own: float, original: float) -> str:
 
 
 def _typed(options: argparse.Namespace) -> str:
-    given = {"--language": options.language, "--retraction": options.retraction,
+    flags = {"--language": options.language, "--retraction": options.retraction,
              "--harness": options.harness}  # fmt: skip
-    return shlex.join(["discmech", "export", options.scene, options.rule, *option_words(given)])
+    return shlex.join(["discmech", "export", options.scene, options.rule, *option_words(flags)])

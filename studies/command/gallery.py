@@ -48,21 +48,21 @@ def _answer(options: argparse.Namespace) -> int:
     if not present:
         raise BadInput(" ".join(absent))
     quiet = options.json == "-"
-    found = []
+    rows = []
     with progress_shown("gallery") as show:
         for k, entry in enumerate(present):
             show(entry.name, k / len(present))
-            found.append(measured(entry))
+            rows.append(measured(entry))
             if not quiet:
-                said = " ".join(found[-1]["differs"] + found[-1]["untold"]) or "agrees"
+                said = " ".join(rows[-1]["differs"] + rows[-1]["untold"]) or "agrees"
                 words = ("order", "form", "energy", "momentum", "there and back", "a step")
                 told = ", ".join(f"{word} {figure}" for word, figure in
-                                 zip(words, figures(found[-1]), strict=True))  # fmt: skip
+                                 zip(words, figures(rows[-1]), strict=True))  # fmt: skip
                 print(f"{entry.name} ({entry.package} {entry.version}): {told}: {said}", flush=True)
     if options.page:
-        write(options.page, page(found, absent, LONG).rstrip("\n"))
+        write(options.page, page(rows, absent, LONG).rstrip("\n"))
     if options.json:
-        write_json(options.json, {"gallery": found, "absent": absent})
+        write_json(options.json, {"gallery": rows, "absent": absent})
     if not quiet:
         for sentence in absent:
             console().print(sentence, highlight=False, markup=False, soft_wrap=True)

@@ -89,8 +89,8 @@ def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
         of = scheme.discrete.of
         if not of.weighted:
             return None
-        found = StageSum(scheme.s, of)
-        return found.letters, found.terms
+        stage_sum = StageSum(scheme.s, of)
+        return stage_sum.letters, stage_sum.terms
     except (DiscmechError, AttributeError):  # verdicts report equations that cannot be derived
         return None
 

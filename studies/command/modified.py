@@ -55,19 +55,19 @@ def _modified(options: argparse.Namespace) -> int:
     digits = digits_in(options.digits)
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
-        given = lookup.rule(rule)
-        scene, method, letters = _in_letters(scene_asked(options), given)
+        original = lookup.rule(rule)
+        scene, method, letters = _in_letters(scene_asked(options), original)
         scheme = Scheme(scene, method)
         show("running", 0.3)
         order = max(USUAL, scheme.order or 0) if asked is None else asked
-        found = kept(scheme, order, digits)
+        record = kept(scheme, order, digits)
         show("writing formulas", 0.6)
-        terms, missing = _formulas(scheme, found, given.left_open)
-    verdict = judge(found)
-    excused = verdict.verdict == "fail" and not below_order(found)
+        terms, missing = _formulas(scheme, record, original.left_open)
+    verdict = judge(record)
+    excused = verdict.verdict == "fail" and not below_order(record)
     if excused and (reason := not_claimed(scheme.rule, "symplectic")):
         verdict = Verdict("pass", f"{reason}. {verdict.reason}", {"not_demanded": reason})
-    slopes = {f"through h^{j}": _last(found, j) for j in range(order + 1)}
+    slopes = {f"through h^{j}": _last(record, j) for j in range(order + 1)}
     if options.json:
         words = option_words({"--order": order, "--retraction": options.retraction})
         words = ["discmech", "modified", scheme.scene.name, rule, *words]
@@ -75,13 +75,13 @@ def _modified(options: argparse.Namespace) -> int:
             "scene": scheme.scene.name, "rule": scheme.rule.name,
             "retraction": scheme.scene.groupoid.retraction, "digits": digits,
             "verdict": verdict.verdict, "reason": verdict.reason, "expected": verdict.expected,
-            "measured": slopes, "rows": as_rows(found),
+            "measured": slopes, "rows": as_rows(record),
             "formulas": {name: str(e) for name, e in terms.items()},
             "command": shlex.join(words),
         }  # fmt: skip
         write_json(options.json, {"study": "modified", "verdict": verdict.verdict, "cases": [case]})
     if options.json != "-":
-        lines = [*_page(scheme, found, terms, missing, options.latex), *letters]
+        lines = [*_page(scheme, record, terms, missing, options.latex), *letters]
         lines += ["", verdict.verdict + (f": {verdict.reason}" if verdict.reason else "")]
         sys.stdout.write("".join(f"{line.rstrip()}\n" for line in lines))
     return EXIT[verdict.verdict]
@@ -100,7 +100,7 @@ def _in_letters(scene: Scene, rule: Discretisation) -> tuple[Scene, Discretisati
     return scene, of_scene(rule), ["", told]
 
 
-def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[dict[str, Any], str]:
+def _formulas(scheme: Scheme, record: Kept, left_open: Sequence[str]) -> tuple[dict[str, Any], str]:
     """Return ({name of a term: expression}, why there are no others).
 
     left_open: the open numbers of the rule, of which each coefficient becomes one fraction.
@@ -122,11 +122,11 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
         whole = sympy.Add(*(sympy.factor(c) * rest for rest, c in shares.items()))
         return sympy.factor_terms(whole if letters else e)
 
-    for order in dict.fromkeys((found.first, found.order)):
+    for order in dict.fromkeys((record.first, record.order)):
         try:
-            given = scheme.modified_equation(order).formulas
+            equation = scheme.modified_equation(order).formulas
         except TooLong:
-            after = f" after h^{found.first}" if terms else ""
+            after = f" after h^{record.first}" if terms else ""
             missing = f"The terms{after} take longer than {MOST_SECONDS:g} s to write; a scene of "
             missing += "fewer degrees of freedom may have them. Numbers of all of them, in Python: "
             missing += f"scheme.modified_equation({order}).hamiltonian(z) at states z = (x, μ)."
@@ -135,28 +135,28 @@ def _formulas(scheme: Scheme, found: Kept, left_open: Sequence[str]) -> tuple[di
             missing = f"Formulas are not written: {error} Numbers of all terms: "
             return {}, f"{missing}scheme.modified_equation(order).hamiltonian(z)."
         names = scheme.equations.s.mu
-        if given.hamiltonian is None:
+        if equation.hamiltonian is None:
             states = [*scheme.equations.s.x, *names]
             terms |= {
                 f"f_{j}[{state}]": collected(e)
-                for j, field in enumerate(given.field, 1)
+                for j, field in enumerate(equation.field, 1)
                 for state, e in zip(states, field, strict=True)
             }
             missing = "A one-step map has no discrete Lagrangian: these are its modified fields."
             continue
-        terms |= {f"H_{j}": collected(e) for j, e in enumerate(given.hamiltonian, 1)}
+        terms |= {f"H_{j}": collected(e) for j, e in enumerate(equation.hamiltonian, 1)}
     return {name: e for name, e in terms.items() if e != 0}, missing
 
 
 def _page(
-    scheme: Scheme, found: Kept, terms: dict[str, Any], missing: str, latex: bool
+    scheme: Scheme, record: Kept, terms: dict[str, Any], missing: str, latex: bool
 ) -> list[str]:
     import sympy
 
     from .equations import letters_of, plain_text, subscript
 
     title = (
-        f"{scheme.scene.name} by {scheme.rule.name}: the modified equation up to h^{found.order}"
+        f"{scheme.scene.name} by {scheme.rule.name}: the modified equation up to h^{record.order}"
     )
     lines = [title, "=" * len(title), ""]
     whole = "f̃ = f₁ + h f₂ + h² f₃ + …" if "f_1" in " ".join(terms) else "H̃ = H₁ + h H₂ + h² H₃ + …"
@@ -174,13 +174,13 @@ def _page(
         lines += wrapped(f"{subscript(name)} = {shown}")
     lines += [missing] if missing else []
     lines += ["", "Change of the sum along runs to one time, by step"]
-    heads = [f"{h:.4g}" for h in found.steps]
+    heads = [f"{h:.4g}" for h in record.steps]
     lines.append("  up to  " + "".join(f"{head:>11}" for head in heads) + "      slope  wanted")
-    for j in range(found.order + 1):
-        slope = _last(found, j)
+    for j in range(record.order + 1):
+        slope = _last(record, j)
         text = "round-off" if slope is None else f"{slope:.2f}"
-        wanted = f"≥ {found.wanted[j]}" if j >= found.first else f"{found.first}"
-        errors = "".join(f"{error:>11.2e}" for error in found.errors[j])
+        wanted = f"≥ {record.wanted[j]}" if j >= record.first else f"{record.first}"
+        errors = "".join(f"{error:>11.2e}" for error in record.errors[j])
         lines.append(f"  h^{j:<5}{errors} {text:>10}  {wanted}")
     return lines
 
@@ -192,5 +192,5 @@ def _in(letters: Mapping[Any, str], label: str) -> str:
     return f"{letter}[{known.get(state, state)}]" if bracket else label
 
 
-def _last(found: Kept, j: int) -> float | None:
-    return slopes[-1] if (slopes := found.slopes(j)) else None
+def _last(record: Kept, j: int) -> float | None:
+    return slopes[-1] if (slopes := record.slopes(j)) else None

@@ -112,13 +112,13 @@ def look_of(options: argparse.Namespace, rules: Sequence[Discretisation]) -> Loo
     from ..user import drawing
 
     labels: dict[str, str] = {}
-    for given in options.labels:
+    for label in options.labels:
         words = {word: e.name for e in rules for word in (e.name, address_of(e))}
-        known = [word for word in words if given.startswith(f"{word}=")]  # one may have an "="
-        word = max(known, key=len, default=given.partition("=")[0])
-        rule, equals, text = words.get(word, word), given[len(word) :][:1], given[len(word) + 1 :]
+        known = [word for word in words if label.startswith(f"{word}=")]  # one may have an "="
+        word = max(known, key=len, default=label.partition("=")[0])
+        rule, equals, text = words.get(word, word), label[len(word) :][:1], label[len(word) + 1 :]
         if not (rule and equals and text):
-            raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
+            raise BadInput(f"--label {label} names no rule and text: write --label midpoint=Gauss.")
         number = f"{rule}:{(options.vary or '').partition('=')[0]}="
         values = [e.name for e in rules if e.name.startswith(number)]
         labels |= {name: text + name[len(rule) :] for name in values} or {rule: text}
@@ -162,10 +162,10 @@ def own_of(options: argparse.Namespace) -> tuple[tuple[str, Any], ...]:
     """Return the values of a study's own options, by name; raises `BadInput` like their readers."""
     asked: list[tuple[str, Any]] = []
     for option in options.own:
-        given = getattr(options, option.name)
-        if given not in (None, [], False):
-            read = (tuple(map(option.read, given)) if option.repeated
-                    else given if option.metavar is None else option.read(given))  # fmt: skip
+        value = getattr(options, option.name)
+        if value not in (None, [], False):
+            read = (tuple(map(option.read, value)) if option.repeated
+                    else value if option.metavar is None else option.read(value))  # fmt: skip
             asked.append((option.name, read))
     return tuple(asked)
 
@@ -208,18 +208,18 @@ def rule_asked(options: argparse.Namespace, usual: str | None = None) -> str:
 
 def page_of(options: argparse.Namespace, command: str) -> str:
     """Return the command that makes the page again, with its folder and the look of its figures."""
-    given = {
+    flags = {
         "--bench": getattr(options, "bench", False), "--folder": options.folder,
         "--label": options.labels, "--style": options.style,
     }  # fmt: skip
-    return " ".join([command, *map(shlex.quote, option_words(given))])
+    return " ".join([command, *map(shlex.quote, option_words(flags))])
 
 
 def as_typed(options: argparse.Namespace) -> str:
     """Return the command that asks for the same again."""
     own = {option.flag: getattr(options, option.name) for option in options.own}
-    given = {
+    flags = {
         "--rule": options.rules, "--vary": options.vary, "--retraction": options.retraction,
         "--digits": options.digits, **own, "--steps": options.steps,
     }  # fmt: skip
-    return shlex.join(["discmech", options.study, *options.scenes, *option_words(given)])
+    return shlex.join(["discmech", options.study, *options.scenes, *option_words(flags)])

@@ -49,20 +49,20 @@ def exit_code(*results: StudyResult, told: bool = False) -> int:
     return EXIT[said]
 
 
-def strict_json(found: Any, indent: int | None = None) -> str:
+def strict_json(data: Any, indent: int | None = None) -> str:
     """Return the data as JSON, which has neither NaN nor infinities: they become null."""
     how: dict[str, Any] = {"indent": indent, "ensure_ascii": False, "allow_nan": False}
     try:
-        return json.dumps(found, **how)
+        return json.dumps(data, **how)
     except (TypeError, ValueError):
         from ..report.tables import plain
 
-        return json.dumps(plain(found), **how)
+        return json.dumps(plain(data), **how)
 
 
-def write_json(name: str, found: Any, indent: int | None = None) -> None:
+def write_json(name: str, data: Any, indent: int | None = None) -> None:
     """Write as `strict_json`."""
-    write(name, strict_json(found, indent))
+    write(name, strict_json(data, indent))
 
 
 def write_result(name: str, result: StudyResult) -> None:
@@ -77,7 +77,7 @@ def of_all(result: StudyResult) -> StudyResult:
     return replace(result, verdict=worst((result.verdict, "inconclusive")))
 
 
-def write_run(folder: str, found: Mapping[str, Any], run: Any) -> None:
+def write_run(folder: str, data: Mapping[str, Any], run: Any) -> None:
     """Write run.json, run.csv, whose columns `recorded` reads, and the figures that it has."""
     import numpy as np
 
@@ -85,13 +85,13 @@ def write_run(folder: str, found: Mapping[str, Any], run: Any) -> None:
     from ..report.tables import csv_of
     from ..user.drawing import KINDS, plot
 
-    parts = [np.array(found[name]).reshape(len(run.t), -1) for name in ("x", "mu")]
+    parts = [np.array(data[name]).reshape(len(run.t), -1) for name in ("x", "mu")]
     heads = [f"{name}{k + 1}" for name, part in zip(("x", "mu"), parts, strict=True)
              for k in range(part.shape[1])]  # fmt: skip
     rows = [dict(zip(["t", *heads], [t, *row], strict=True))
-            for t, row in zip(found["t"], np.hstack(parts).tolist(), strict=True)]  # fmt: skip
+            for t, row in zip(data["t"], np.hstack(parts).tolist(), strict=True)]  # fmt: skip
     with published(absolute(folder), last="run.json") as new:
-        for name, text in (("json", strict_json(found)), ("csv", csv_of(rows, ("t",)))):
+        for name, text in (("json", strict_json(data)), ("csv", csv_of(rows, ("t",)))):
             (new / f"run.{name}").write_text(text, encoding="utf-8")
         for kind in KINDS:
             try:

@@ -42,15 +42,15 @@ def _prove(options: argparse.Namespace) -> int:
     with progress_shown("deriving") as show:
         asked = partial(prove, order=order, groupoid=options.groupoid, progress=show)
         told = lookup.answers(lookup.rules(options.rules), asked, lambda rule: True)
-    found = [answer for _, answer in told]
-    words = {VERDICTS[answer.verdict]: answer.verdict for answer in found}
+    answers = [answer for _, answer in told]
+    words = {VERDICTS[answer.verdict]: answer.verdict for answer in answers}
     verdict = worst(words)
     if options.json:
-        whole_answer, *others = [answer.to_json() for answer in found]
+        whole_answer, *others = [answer.to_json() for answer in answers]
         if others:
             every = [whole_answer, *others]
             whole_answer = {"command": "prove", "verdict": words[verdict], "rules": every}
         write_json(options.json, whole_answer)
     if options.json != "-":
-        sys.stdout.write("\n".join(f"{answer.text()}\n" for answer in found))
+        sys.stdout.write("\n".join(f"{answer.text()}\n" for answer in answers))
     return EXIT[verdict]

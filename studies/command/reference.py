@@ -72,33 +72,33 @@ def _one(options: argparse.Namespace) -> int:
     with progress_shown("loading") as show, progress_to(show):
         scene = lookup.scene(options.scene)
         when = scene.duration if options.time is None else options.time
-        found = solution(scene, when, digits, options.attitude)
+        answer = solution(scene, when, digits, options.attitude)
     seconds = time.perf_counter() - begun
-    result = _as_data(scene.name, found, digits, seconds)
+    result = _as_data(scene.name, answer, digits, seconds)
     if options.json:
         write_json(options.json, result, indent=1)
     if options.json != "-":
         _print(result)
-    return PASS if found.certain_digits >= digits else INCONCLUSIVE
+    return PASS if answer.certain_digits >= digits else INCONCLUSIVE
 
 
-def _as_data(name: str, found: Any, digits: int, seconds: float) -> dict[str, Any]:
+def _as_data(name: str, answer: Any, digits: int, seconds: float) -> dict[str, Any]:
     import mpmath
 
     def numbers(values: Any) -> list[str]:
-        shown = max(1, found.certain_digits)
+        shown = max(1, answer.certain_digits)
         return [
             mpmath.nstr(value, shown, strip_zeros=False, min_fixed=-3, max_fixed=9)
             for value in values
         ]
 
-    turned = found.attitude
+    turned = answer.attitude
     return {
-        "schema": 1, "scene": name, "time": str(found.t), "digits": digits,
-        "certain_digits": found.certain_digits, "certainty": found.certainty,
-        "bound": None if found.bound is None else mpmath.nstr(found.bound, 3),
-        "method": found.method, "evidence": found.evidence,
-        "x": numbers(found.x), "v": numbers(found.v), "mu": numbers(found.mu),
+        "schema": 1, "scene": name, "time": str(answer.t), "digits": digits,
+        "certain_digits": answer.certain_digits, "certainty": answer.certainty,
+        "bound": None if answer.bound is None else mpmath.nstr(answer.bound, 3),
+        "method": answer.method, "evidence": answer.evidence,
+        "x": numbers(answer.x), "v": numbers(answer.v), "mu": numbers(answer.mu),
         "attitude": None if turned is None else [numbers(row) for row in turned.tolist()],
         "seconds": round(seconds, 3),
     }  # fmt: skip

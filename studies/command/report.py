@@ -100,14 +100,14 @@ def make_report(
 
 def left_out(result: StudyResult, same: Mapping[tuple[str, str], str]) -> list[str]:
     """Return sentences about what is not measured of all scenes by all rules."""
-    found = [FEW] if any(case.digits > 16 for case in result.cases) else []
+    sentences = [FEW] if any(case.digits > 16 for case in result.cases) else []
     shown = {(case.scene, case.rule) for case in result.cases}
     for first in dict.fromkeys(same.values()):
         pairs = [pair for pair, one in same.items() if one == first and (pair[0], first) in shown]
         where, others = (", ".join(dict.fromkeys(e[k] for e in pairs)) for k in (0, 1))
         if pairs:
-            found.append(f"{others}: the same step as {first} on {where}, and measured once.")
-    return found
+            sentences.append(f"{others}: the same step as {first} on {where}, and measured once.")
+    return sentences
 
 
 def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
@@ -120,8 +120,8 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
 
     def remembered(tasks: Sequence[Task]) -> list[Any]:
         keys = [of_views(json.dumps(task.depends_on)) for task in tasks]
-        found = [store.find("figure", key) for key in keys]
-        left = [k for k, earlier in enumerate(found) if earlier is None]
+        figures = [store.find("figure", key) for key in keys]
+        left = [k for k, earlier in enumerate(figures) if earlier is None]
         left.sort(key=lambda k: -tasks[k].panels)
         others = min(jobs, len(left)) - 1
         if others > 0 and sum(tasks[k].panels for k in left) >= WORTH_DRAWING_TOGETHER:
@@ -129,11 +129,11 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
                 waiting = [(k, pool.submit(tasks[k].make)) for k in left]
                 for k, future in reversed(waiting):
                     drawn = tasks[k].make() if future.cancel() else future.result()
-                    found[k] = store.keep("figure", keys[k], drawn)
+                    figures[k] = store.keep("figure", keys[k], drawn)
         for k in left:  # all, or those of a killed process
-            if found[k] is None:
-                found[k] = store.keep("figure", keys[k], tasks[k].make())
-        return found
+            if figures[k] is None:
+                figures[k] = store.keep("figure", keys[k], tasks[k].make())
+        return figures
 
     return remembered
 
@@ -158,10 +158,10 @@ def write_study(
 def about(scene: Any) -> dict[str, Any]:
     """Return a scene's or lattice's line in the report."""
     split = getattr(scene, "split_parameters", None)  # an array is one number per site or bond
-    given = scene.parameters if split is None else {**split["shared"]}
+    parameters = scene.parameters if split is None else {**split["shared"]}
     values = {
         name: "(" + ", ".join(map(str, flatten(value))) + ")" if isinstance(value, tuple) else value
-        for name, value in given.items()
+        for name, value in parameters.items()
     }
     return {
         "name": scene.name,

@@ -82,7 +82,7 @@ def run_scene(options: argparse.Namespace) -> int:
         return [mpmath.nstr(value, digits, min_fixed=-5, max_fixed=15) for value in array]
 
     impacts = getattr(run, "impacts", None)
-    found = {
+    data = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "digits": digits,
         "step": float(step), "steps": run.steps,
@@ -96,13 +96,13 @@ def run_scene(options: argparse.Namespace) -> int:
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
-        write_json(options.json, found)
+        write_json(options.json, data)
     if options.folder and len(run.t):
-        write_run(options.folder, found, run)
+        write_run(options.folder, data, run)
     if options.json != "-":
         if choice is not None:
             print(f"chosen: {choice}")
-        _print_run(found, getattr(scene, "impacts", "stepped"))
+        _print_run(data, getattr(scene, "impacts", "stepped"))
     if failure is not None:
         raise failure
     if scene.contact is not None and "sites" not in parts_of(scene):
@@ -135,10 +135,10 @@ def _measured(
     show(f"{scene.name}: deriving", 0.0)
     _ = system.scheme
     show(f"{scene.name}: compiling", DERIVED)
-    given = options.step
-    if given is None and options.tolerance is None:
-        given = scene.step
-    size = None if given is None else exact_rational(given, "--step")
+    step = options.step
+    if step is None and options.tolerance is None:
+        step = scene.step
+    size = None if step is None else exact_rational(step, "--step")
     how = {"on_edge": options.on_edge, "tolerance": options.tolerance}
     if "sites" in parts_of(scene):
         if how != {"on_edge": "refuse", "tolerance": None}:

@@ -35,11 +35,11 @@ class StageSum:
 
         n, value = len(self.s.x), Function("l")
         known = self.s.constant_values(DIGITS)
-        found = [
+        terms = [
             weight * value(*self._point(call.args[:n]), *self._velocity(call.args[n:]))
             for weight, call in self.of.asked
         ]
-        return [self.of.resolved(e).xreplace(known) for e in found]
+        return [self.of.resolved(e).xreplace(known) for e in terms]
 
     def _point(self, entries: Sequence[Any]) -> list[Any]:
         from sympy import Function, Symbol

@@ -159,12 +159,12 @@ def _show_stopped(name: str, done: Sequence[AnyResult], stop: KeyboardInterrupt)
 
 def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     """Return the command again, with these studies."""
-    given = {
+    flags = {
         "--scene": options.scenes, "--vary": options.vary, "--retraction": options.retraction,
         "--study": studies, "--digits": options.digits, "--all": options.all,
         "--steps": options.steps,
     }  # fmt: skip
-    return shlex.join(["discmech", options.name, *options.rules, *option_words(given)])
+    return shlex.join(["discmech", options.name, *options.rules, *option_words(flags)])
 
 
 def _write_pages(

@@ -45,7 +45,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     A control has to break one of the laws a thousandfold.
     """
-    allowed, found = limit(case.digits), decoded(Measured, measurement.measured)
+    allowed, record = limit(case.digits), decoded(Measured, measurement.measured)
     if case.control is not None:
         off = OF_FORMS["control"] * allowed
         most = {"slip": LIMITS["turn"]}
@@ -56,58 +56,58 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     expected = {"limit": allowed, "slip": LIMITS["turn"], "late": 1.0}
     if order is not None:
         # while a gap stays closed the motion is of order 2, for any order of the rule
-        expected["order"] = (min(order, 2) if found.rests else order) - LIMITS["slack"]
+        expected["order"] = (min(order, 2) if record.rests else order) - LIMITS["slack"]
     verdict = Verdict("pass", "", expected)
-    if reason := next(_broken(case, found, expected), ""):
+    if reason := next(_broken(case, record, expected), ""):
         verdict = Verdict("fail", reason, expected)
-    elif reason := next(_open_questions(found, expected), ""):
+    elif reason := next(_open_questions(record, expected), ""):
         verdict = Verdict("inconclusive", reason, expected)
     what = "the motion between impacts"
     return single_steps.judge(
-        found.local, verdict, FORM.name, wanted=order, asks_order=True, what=what
+        record.local, verdict, FORM.name, wanted=order, asks_order=True, what=what
     )
 
 
-def _open_questions(found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
+def _open_questions(record: Measured, expected: Mapping[str, float]) -> Iterator[str]:
     """Yield a sentence for each reason that leaves the verdict open."""
-    if found.unsure:
-        yield unsure_gaps([*found.unsure])
-    if not found.touched:
+    if record.unsure:
+        yield unsure_gaps([*record.unsure])
+    if not record.touched:
         yield "no gap ever closes: nothing of contact was judged; take more steps or another start."
-    if found.scaled:
-        yield found.scaled[0]
-    if found.apart:
-        yield found.apart + ": the step is too long for what is there; take a smaller one."
-    if found.time_error is None:
+    if record.scaled:
+        yield record.scaled[0]
+    if record.apart:
+        yield record.apart + ": the step is too long for what is there; take a smaller one."
+    if record.time_error is None:
         yield (
             "with half or an eighth of the step there are others among the first two impacts: "
             "their times have no order to be judged; take a smaller step."
         )
-    order, most = found.order, expected.get("order", 2.0) + LIMITS["excess"]
+    order, most = record.order, expected.get("order", 2.0) + LIMITS["excess"]
     if order is not None and order > most:
         yield (
             f"with half the step located impacts are off by 2^{order:.0f} times less, which is no "
             "order: one step of the coarser run went wrong, or it is too long; take a smaller one."
         )
-    for mode, laws in found.modes:
+    for mode, laws in record.modes:
         first, *finer = laws.rises
         if finer and first > 2**most * max(*finer, expected["limit"]):
             yield (
                 f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
                 f"{finer[0]:.2g}: one step of the coarser run went wrong; take a smaller one."
             )
-    if None in (found.form.across or ()):
+    if None in (record.form.across or ()):
         yield (
             "Ω was not judged across an elastic impact: the first one is not from open gaps, or "
             "is not alone in its step; take another start, or a smaller step."
         )
 
 
-def _broken(case: Case, found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
+def _broken(case: Case, record: Measured, expected: Mapping[str, float]) -> Iterator[str]:
     """Yield a sentence for each law that does not hold."""
     allowed = expected["limit"]
     still = _free_of_work(case)
-    for mode, laws in found.modes:
+    for mode, laws in record.modes:
         for name, words in WORDS.items():
             bound, value = LIMITS["turn"] if name == "slip" else allowed, getattr(laws, name)
             if not value <= bound:
@@ -115,15 +115,15 @@ def _broken(case: Case, found: Measured, expected: Mapping[str, float]) -> Itera
         rises = laws.rises
         if (still or len(rises) == 1) and (reason := does_not_fall(rises, allowed)):
             yield f"{mode}, {reason}"
-    if found.late is not None and not -1e-6 <= found.late <= 1 + 1e-6:
+    if record.late is not None and not -1e-6 <= record.late <= 1 + 1e-6:
         yield (
-            f"the first impact, stepped, is late by {found.late:.2g} steps; an impact at the "
+            f"the first impact, stepped, is late by {record.late:.2g} steps; an impact at the "
             "end of its step is late by 0 to 1."
         )
-    order, wanted = found.order, expected.get("order")
+    order, wanted = record.order, expected.get("order")
     if order is not None and wanted is not None and not order >= wanted:
         yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
-    across, falls = found.form.across or (), LIMITS["falls"]
+    across, falls = record.form.across or (), LIMITS["falls"]
     *longer, last = [e for e in across if e is not None] or [0.0]
     if len(across) == 1 + len(longer) and not last <= max(LIMITS["form"], max(longer) / falls):
         yield (

@@ -38,8 +38,8 @@ def defects(scheme: Any, run: Trajectory, digits: int) -> dict[str, float]:
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
-        found = _Run(scheme, run, numbers, float(arithmetic(digits).eps)).defects()
-    return {name: float(value) for name, value in found.items()}
+        worst = _Run(scheme, run, numbers, float(arithmetic(digits).eps)).defects()
+    return {name: float(value) for name, value in worst.items()}
 
 
 def energies(scheme: Any, run: Trajectory, digits: int) -> tuple[np.ndarray, np.ndarray]:
@@ -95,21 +95,21 @@ class _Run:
         widest = [[e or 1 for e in way] for way in past]
         self.breadths = np.maximum.accumulate([place.breadth for place in places])
         hardest = [self._hardest(*row, h) for row in zip(places, past, weights, P, strict=True)]
-        found = dict.fromkeys(
+        worst = dict.fromkeys(
             ("complementarity", "cone", "slip", "friction", "impact_energy", "jump", "restitution",
              "impact_friction"), 0 * h)  # fmt: skip
-        found["penetration"] = max(0, *(-phi / np.array(widest)).ravel())
-        found["pull"] = max(0, *(-P[:, :, 0] / np.array(hardest)).ravel())
+        worst["penetration"] = max(0, *(-phi / np.array(widest)).ravel())
+        worst["pull"] = max(0, *(-P[:, :, 0] / np.array(hardest)).ravel())
         struck = {k for step in self.steps for k in (step - 1, step, step + 1)}
         for k in range(len(P) - 1):
             for i in range(self.gaps.count):
                 if k in struck:
                     continue
                 open_by = min(phi[k, i] / widest[k][i], phi[k + 1, i] / widest[k + 1][i])
-                self._most(found, "complementarity", P[k, i, 0] * open_by / hardest[k][i])
-                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest[k][i])
-        self._at_impacts(found, widest)
-        return found
+                self._most(worst, "complementarity", P[k, i, 0] * open_by / hardest[k][i])
+                self._friction(worst, k, i, places[k], places[k + 1], P[k, i], hardest[k][i])
+        self._at_impacts(worst, widest)
+        return worst
 
     def _hardest(self, place: Any, way: Any, weights: Any, P: Any, h: Any) -> list[Any]:
         """Return for each gap the scale of its impulses in a step."""
@@ -117,18 +117,18 @@ class _Run:
                 or 1 for i, weight in enumerate(weights[0])]  # fmt: skip
 
     @staticmethod
-    def _most(found: dict[str, Any], name: str, value: Any) -> None:
+    def _most(worst: dict[str, Any], name: str, value: Any) -> None:
         """Keep the larger value; one that is not a number stays, so that it is not taken for 0."""
-        if found[name] == found[name] and not value <= found[name]:
-            found[name] = value
+        if worst[name] == worst[name] and not value <= worst[name]:
+            worst[name] = value
 
     def _friction(
-        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any
+        self, worst: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any
     ) -> None:
         kappa = self.gaps.friction[i] * max(here.scale[i], there.scale[i])  # at both ends
         if not kappa > 0:
             return
-        self._most(found, "cone", (length(P[1:]) - kappa * P[0]) / hardest)
+        self._most(worst, "cone", (length(P[1:]) - kappa * P[0]) / hardest)
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = length(moved), kappa * P[0]
@@ -142,12 +142,12 @@ class _Run:
         if len(moved) == 1:  # friction of each end has the size of its own |φ′|
             change = abs(here.scale[i] - there.scale[i]) / max(here.scale[i], there.scale[i])
             missing = abs(full + push @ moved / way) - change * full
-            self._most(found, "friction", missing / hardest)
+            self._most(worst, "friction", missing / hardest)
             return
         turn = min(slip @ moved / length(slip) for slip in slips)  # friction is against these
-        self._most(found, "slip", (turn + push @ moved / full) / way)
+        self._most(worst, "slip", (turn + push @ moved / full) / way)
 
-    def _at_impacts(self, found: dict[str, Any], widest: Any) -> None:
+    def _at_impacts(self, worst: dict[str, Any], widest: Any) -> None:
         gaps = self.gaps
         pushed = [(step, i) for step, (_, _, P) in zip(self.steps, self.impacts, strict=True)
                   for i in range(gaps.count) if P[i, 0] > 0]  # fmt: skip
@@ -159,24 +159,24 @@ class _Run:
             made = P[:, 0] @ place.normal
             for i, (normal, *along) in enumerate(P):
                 open_by = abs(place.phi[i]) / widest[min(step, len(widest) - 1)][i]
-                self._most(found, "complementarity", normal * open_by / strong)
+                self._most(worst, "complementarity", normal * open_by / strong)
                 if gaps.friction[i] > 0:
                     push = np.array(along[: len(place.where[i])]) @ place.bases[i]
                     made = made + push @ place.slip[i]
                     bound = gaps.friction[i] * place.scale[i] * normal
-                    self._most(found, "cone", (length(push) - bound) / strong)
+                    self._most(worst, "cone", (length(push) - bound) / strong)
             size = max(abs(before).max(), abs(after).max())
             off = abs(after - before - made).max() / size
             if off > self.unit:
                 turned = self._turned(x, place)
                 off = max(0, off - (abs(P[:, 0]) @ turned).max() / size)
-            self._most(found, "jump", off)
+            self._most(worst, "jump", off)
             gained = gaps.energy(x, after_xi, after) - gaps.energy(x, before_xi, before)
             energy = abs(gaps.energy(x, before_xi, before)) + abs(before @ before_xi)
-            self._most(found, "impact_energy", gained / energy)
+            self._most(worst, "impact_energy", gained / energy)
             if step in many:
                 continue
-            self._impact_friction(found, place, before_xi, after_xi, P)
+            self._impact_friction(worst, place, before_xi, after_xi, P)
             rates = place.normal @ before_xi, place.normal @ after_xi
             # a rate has the round-off of its terms, which a grazing impact is far below
             terms = (abs(place.normal) @ abs(xi) for xi in (before_xi, after_xi))
@@ -188,7 +188,7 @@ class _Run:
                     gap = gap * max(0, 1 - unsure / fastest / abs(gap))
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
                     continue  # a larger rebound would have added energy (`impacts`)
-                self._most(found, "restitution", abs(gap) * P[i, 0] / strong)
+                self._most(worst, "restitution", abs(gap) * P[i, 0] / strong)
 
     def _turned(self, x: Any, place: Any) -> Any:
         """Return how far normals, (K, m), may turn by round-off.
@@ -204,7 +204,7 @@ class _Run:
         return turned
 
     def _impact_friction(
-        self, found: dict[str, Any], place: Any, before: Any, after: Any, P: Any
+        self, worst: dict[str, Any], place: Any, before: Any, after: Any, P: Any
     ) -> None:
         gaps, strong = self.gaps, abs(P).max()
         mean = (after + self.e * before) / (1 + self.e)
@@ -217,4 +217,4 @@ class _Run:
             push = P[i, 1 : 1 + len(place.where[i])] @ place.bases[i]
             bound = gaps.friction[i] * place.scale[i] * P[i, 0]
             off = length(length(slip) * push + gaps.against * bound * slip)
-            self._most(found, "impact_friction", off / (strong * fastest))
+            self._most(worst, "impact_friction", off / (strong * fastest))

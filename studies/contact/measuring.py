@@ -56,24 +56,24 @@ def cases(choice: Choice) -> list[Case]:
     """Return every scene with contact with two rules, or the chosen ones, and the controls."""
     chosen = choice.scenes or tuple(scenes.with_contact())
     rules = choice.rules or tuple(map(discretisations.get, RULES))
-    found = (
+    all_cases = (
         []
         if choice.controls
         else plain_cases(NAME, replace(choice, scenes=chosen, rules=rules), DIGITS)
     )
     if choice.rules and not choice.controls:
-        return found
+        return all_cases
     rule = (choice.rules or tuple(map(discretisations.get, RULES)))[0]
     for control in choice.controls or CONTROLS:
         own = [s for s in chosen if s.name == CONTROLS[control][0]]
-        found += [Case(NAME, scene, rule, digits, choice.steps, control)
-                  for scene in own for digits in choice.digits or DIGITS]  # fmt: skip
-    if choice.controls and not found:
+        all_cases += [Case(NAME, scene, rule, digits, choice.steps, control)
+                      for scene in own for digits in choice.digits or DIGITS]  # fmt: skip
+    if choice.controls and not all_cases:
         names = ", ".join(CONTROLS[control][0] for control in choice.controls)
         raise BadInput(
             f"the control {', '.join(choice.controls)} is run on {names}: name that, or no scene."
         )
-    return found
+    return all_cases
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -142,12 +142,12 @@ def _flights(scene: Scene, run: Any) -> list[Scene]:
                      reverse=True)  # fmt: skip
     if scene.timed:
         flights = [flight for flight in flights if flight[1] == 0]
-    n, found = len(scene.x0), []
+    n, pieces = len(scene.x0), []
     for count, k in flights[:FLIGHTS]:
         start = {} if k == 0 else {"x0": [*map(float, run.base[k][:n])],
                                    "v0": [*map(float, run.u[k])]}  # fmt: skip
-        found.append(free.with_values(duration=(count - 1) * scene.step, **start))
-    return found or [free]
+        pieces.append(free.with_values(duration=(count - 1) * scene.step, **start))
+    return pieces or [free]
 
 
 def _soundness(record: SingleSteps) -> tuple[bool, float]:
@@ -218,13 +218,13 @@ def _apart(stepped: Any, located: Any) -> str:
     """
     h, runs = float(located.step), (stepped, located)
     both = [_clusters(run) for run in runs]
-    found = sorted((t, i, whose) for whose in (0, 1) for i, times in both[whose].items()
-                   for t in times)  # fmt: skip
-    for k, (t, i, whose) in enumerate(found):
+    impacts = sorted((t, i, whose) for whose in (0, 1) for i, times in both[whose].items()
+                     for t in times)  # fmt: skip
+    for k, (t, i, whose) in enumerate(impacts):
         late = (k // 2 + 1) ** 2 * h * (1 + 1e-6)
         other = runs[1 - whose]
         near = abs(np.array(other.t, dtype=float) + h / 2 - t) <= late + h / 2
-        at_once = any(w == whose and j != i and abs(s - t) <= h for s, j, w in found)
+        at_once = any(w == whose and j != i and abs(s - t) <= h for s, j, w in impacts)
         if at_once:  # the order of two gaps in one step depends on the step
             return ""
         if (other.impulses[near, i, 0] > 0).any():
@@ -240,15 +240,15 @@ def _apart(stepped: Any, located: Any) -> str:
 
 def _clusters(run: Any) -> dict[int, list[float]]:
     """Return for each gap the times of its impacts; of those that accumulate only the first."""
-    found: dict[int, list[float]] = {}
+    clusters: dict[int, list[float]] = {}
     last: dict[int, float] = {}
     for t, P in zip(run.impacts.t, run.impacts.impulses, strict=True):
         strong = abs(P[:, 0]).max()
         for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
             if float(t) - last.get(i, -np.inf) > DENSE * float(run.step):
-                found.setdefault(i, []).append(float(t))
+                clusters.setdefault(i, []).append(float(t))
             last[i] = float(t)
-    return found
+    return clusters
 
 
 def _gone_apart(stepped: Any, located: Any, t: float, before: int) -> bool:
@@ -305,10 +305,10 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
 
     best, errors = asked(8), list[float]()
     for part in (1, 2):
-        found = asked(part)
-        if len(found) != len(best):
+        times = asked(part)
+        if len(times) != len(best):
             return {"order": None, "time_error": None}
-        errors.append(float(abs(found - best).max()))
+        errors.append(float(abs(times - best).max()))
     if errors[-1] <= max(10 * limit(case.digits) * float(abs(best).max()), unsure):
         return {"order": None, "time_error": errors[-1]}
     (order,) = orders_between((2.0, 1.0), errors)

@@ -103,8 +103,8 @@ def _piece(flow: Any, start: Any, end: Any, near: Any, share: float, h: float) -
     x, mu, y, nu = map(array, (x, mu, y, nu))
     got, momentum, _ = flow._part(numbers.number(share), x, mu, array(near))
     worst = 0.0
-    for before, after, found in ((x, y, got), (mu, nu, momentum)):
+    for before, after, arrival in ((x, y, got), (mu, nu, momentum)):
         sizes = abs(before).max(initial=0) + abs(after).max(initial=0)
         sizes += (abs(t) + abs(s)) / h * abs(after - before).max(initial=0) / share
-        worst = _larger(worst, float(abs(found - after).max(initial=0) / (sizes or 1)))
+        worst = _larger(worst, float(abs(arrival - after).max(initial=0) / (sizes or 1)))
     return worst

@@ -107,13 +107,13 @@ def load(name: str, study: str) -> StudyResult | None:
     _replaceable(path)
     if (text := unsealed(path)) is None:
         return None
-    found: Json = json.loads(text)
-    if found.get("schema") != SCHEMA:
+    contents: Json = json.loads(text)
+    if contents.get("schema") != SCHEMA:
         raise BadInput(
             f"the baseline {name} of {study} is of another version of discmech (schema "
-            f"{found.get('schema')}, here {SCHEMA}; {path}): {anew}"
+            f"{contents.get('schema')}, here {SCHEMA}; {path}): {anew}"
         )
-    return study_result_of(found)
+    return study_result_of(contents)
 
 
 def _file(name: str, study: str) -> Path:
@@ -190,15 +190,15 @@ def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> t
     if before is not None and after is not None and before != after:  # with a claim, or the rule
         side = "worse" if after < before else "better"
         return side, f"the expected order was {before:g}, now {after:g}"
-    found = [(_side(a, _spreads(now)[what]), what, a, _spreads(now)[what])
+    lines = [(_side(a, _spreads(now)[what]), what, a, _spreads(now)[what])
              for what, a in _spreads(then).items() if what in _spreads(now)]  # fmt: skip
-    timed = [line for line in found if line[1].startswith("time")]
-    errors = [line for line in found if line[1].startswith("error") and line[0] != "equal"]
+    timed = [line for line in lines if line[1].startswith("time")]
+    errors = [line for line in lines if line[1].startswith("error") and line[0] != "equal"]
     if len({side for side, *_ in errors}) > 1:
         few = "; ".join(f"{what}: {_shown(a)}, now {_shown(b)}" for _, what, a, b in errors[:2])
         return "cannot tell", f"some errors are larger and some are smaller: {few}"
     for side in ("worse", "better"):
-        for one, what, a, b in found:
+        for one, what, a, b in lines:
             is_time = what.startswith("time")
             if one == side and not (
                 is_time and (elsewhere or max(a[0] / b[1], b[0] / a[1]) < APART)
@@ -210,7 +210,7 @@ def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> t
         if side != "equal":
             near = "equal things differ as much from run to run"
             return "cannot tell", f"{what}: {_shown(a)}, now {_shown(b)}, and {near}"
-    for _, what, a, b in found:
+    for _, what, a, b in lines:
         if what == BAND and _far(a[1], b[1]):
             near = "a run of chaotic motion may have another by chance"
             return "cannot tell", f"{what}: {_shown(a)}, now {_shown(b)}, and {near}"
@@ -233,23 +233,23 @@ Spread = tuple[float, float]
 
 def _spreads(case: AnyResult) -> dict[str, Spread]:
     """Return the figures of a case that have a spread; smaller is better."""
-    found: dict[str, Spread] = {}
+    spreads: dict[str, Spread] = {}
     order, wanted = case.figures.get("order"), case.wanted.get("order")
     if order is not None and wanted is not None:
         gap, room = abs(order - wanted), case.wanted["tolerance"]
-        found["distance from the expected order"] = max(gap - room, 0.0), gap + room
+        spreads["distance from the expected order"] = max(gap - room, 0.0), gap + room
     band = case.figures.get("band")
     if band is not None and "balance_order" not in case.figures:
-        found[BAND] = band / WIDER - KEPT, band * WIDER + KEPT
+        spreads[BAND] = band / WIDER - KEPT, band * WIDER + KEPT
     for row in case.data:
         error = row.get("error")
         if case.digits >= EXACT and error is not None and row.get("steps") is not None:
             off = ROUNDED * 10.0**-case.digits
-            found[f"error at {row['steps']} steps"] = error / NEARLY - off, error * NEARLY + off
+            spreads[f"error at {row['steps']} steps"] = error / NEARLY - off, error * NEARLY + off
         if row.get("seconds_low") is not None:
             what = row.get("setting", row.get("variant"))
-            found[f"time at {what}"] = row["seconds_low"], row["seconds_high"]
-    return found
+            spreads[f"time at {what}"] = row["seconds_low"], row["seconds_high"]
+    return spreads
 
 
 def _far(one: float, other: float) -> bool:

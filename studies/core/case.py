@@ -73,7 +73,7 @@ class Choice:
     def unheeded(self) -> list[str]:
         """Return a sentence for each named scene that cannot use the chosen rules."""
         plain = [s for s in self.scenes if "sites" not in parts_of(s)]
-        found = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
+        sentences = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
         for scene in plain if self.rules else ():
             rules = [
                 rule.name for rule in self.rules
@@ -81,23 +81,23 @@ class Choice:
             ]  # fmt: skip
             if scene.discrete_lagrangian is not None and rules:
                 have = "has" if len(rules) == 1 else "have"
-                found.append(
+                sentences.append(
                     f"{scene.name} gives its discrete Lagrangian itself: "
                     f"{', '.join(rules)} {have} no part in it."
                 )
         lattices = [s.name for s in self.scenes if "sites" in parts_of(s)]
         maps = [rule.name for rule in self.rules if not runs_on_lattices(rule)]
         if lattices and maps:
-            found.append(
+            sentences.append(
                 f"{', '.join(lattices)}: lattices run by rules of values of L, not by one-step "
                 f"maps or programs such as {', '.join(maps)}."
             )
         if lattices and self.digits and 16 not in self.digits:
-            found.append(
+            sentences.append(
                 f"{', '.join(lattices)}: lattices are measured in double precision, --digits 16, "
                 "and by the study of order in more digits, too."
             )
-        return found
+        return sentences
 
     def on_lattices(self, more: bool = False) -> Iterator[tuple[Any, Discretisation, int]]:
         """Yield every chosen lattice with every rule by which it runs, and the digits.
@@ -109,13 +109,13 @@ class Choice:
         """
         named: list[Any] = [s for s in self.scenes if "sites" in parts_of(s)]
         usual = () if self.scenes or self.rules or self.retractions else usual_lattices()
-        found = [(lattice, rule, digits) for lattice in (*named, *usual)
+        cases = [(lattice, rule, digits) for lattice in (*named, *usual)
                  for rule in self.rules or map(discretisations.get, usual_rules(lattice))
                  for digits in self.digits or (16,)
                  if runs_on_lattices(rule) and (digits == 16 or more)]  # fmt: skip
-        if named and not found and len(named) == len(self.scenes):
+        if named and not cases and len(named) == len(self.scenes):
             raise BadInput(" ".join(self.unheeded()))
-        yield from found
+        yield from cases
 
     def charts(self, scene: Scene) -> list[Scene]:
         """Return the scene in each chosen retraction, or once as it is if it uses none."""
@@ -216,11 +216,11 @@ class Case:
         else:
             parts += ["--control", f'"{self.control}"']
         chart = self.scene.groupoid.retraction
-        given = {
+        flags = {
             "--retraction": chart if chart in retractions.BUILT_IN else None,
             "--digits": self.digits, "--steps": self.steps, "--thorough": self.thorough,
         }  # fmt: skip
-        return " ".join([*parts, *option_words(given)])
+        return " ".join([*parts, *option_words(flags)])
 
 
 def silent(label: str, fraction: float) -> None:

@@ -47,8 +47,8 @@ class Cluster:
                     f"the scheduler at {self.address} has no workers: start some with `dask worker "
                     f"{self.address} --nthreads 1`."
                 )
-            found = client.run(_here, on_error="return")
-            for worker, there in found.items():
+            answers = client.run(_here, on_error="return")
+            for worker, there in answers.items():
                 _refuse_others(worker, expected, there)
             try:
                 yield _Checked(client.get_executor(), expected)

@@ -53,13 +53,13 @@ def of_each_kind(pairs: Iterable[Pair]) -> frozenset[tuple[str, str]]:
         kinds.setdefault(kind, scene.name)
     known = Counter(rule for names in rules.values() for rule in names)
     used = Counter[str]()
-    found = set[tuple[str, str]]()
+    picks = set[tuple[str, str]]()
     for name in kinds.values():
         # a rule that few scenes can have comes first
         turn = min(rules[name], key=lambda one: (used[one], known[one]))
         used[turn] += 1
-        found.add((name, turn))
-    return frozenset(found)
+        picks.add((name, turn))
+    return frozenset(picks)
 
 
 def same_steps(pairs: Iterable[Pair]) -> dict[tuple[str, str], str]:

@@ -242,19 +242,19 @@ def _text_of_showing() -> str:
 @cache
 def text_of(folder: Path) -> str:
     """Return the digest of the files by which a folder's study measures, and of their imports."""
-    parts, found = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
+    parts, folders = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
     pending = [folder]
     while pending:
         place = pending.pop()
-        if place in (*found, *parts) or place.name in SHOWING or not place.is_dir():
+        if place in (*folders, *parts) or place.name in SHOWING or not place.is_dir():
             continue
         files = [
             p for p in place.rglob("*.py")
             if p.parent != place or not any(map(p.match, NOT_MEASURING))
         ]  # fmt: skip
-        found[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
+        folders[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
         for file in files:
-            found[place] += _asked_by(file)
+            folders[place] += _asked_by(file)
             text = file.read_text("utf-8")
             outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
             beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
@@ -263,7 +263,7 @@ def text_of(folder: Path) -> str:
             pending += [STUDIES[0] / name for name in ours]
     shared = [p for part in parts for p in part.rglob("*.py") if not p.match("judging*.py")]
     return _digest(
-        _text_of_mathematics(), _text([*shared, *(p for f in found.values() for p in f)])
+        _text_of_mathematics(), _text([*shared, *(p for f in folders.values() for p in f)])
     )
 
 
@@ -291,13 +291,13 @@ def _text_of_rule(module: str) -> str:
 
 def _beside(place: Path) -> list[Path]:
     """Return a file and those of its folder that it imports, directly or not."""
-    found, pending = list[Path](), [ROOT / place]
+    files, pending = list[Path](), [ROOT / place]
     while pending:
-        if (file := pending.pop()) not in found and file.exists():
-            found.append(file)
+        if (file := pending.pop()) not in files and file.exists():
+            files.append(file)
             names = re.findall(r"^\s*from \.(\w+)", file.read_text("utf-8"), re.M)
             pending += [file.with_name(f"{name}.py") for name in names]
-    return found
+    return files
 
 
 def _text(files: Iterable[Path]) -> str:

@@ -77,9 +77,9 @@ def batch_line(
         edges = np.linspace(0, len(values), count + 1).astype(int)
         parts = list(itertools.pairwise(edges.tolist()))
         middles = np.array([times[a:b].mean() for a, b in parts])
-        found = np.array([of(values[a:b]) for a, b in parts])
-        line = fit_line(middles, found, level)
-        rest = found - found.mean() - line.slope * (middles - middles.mean())
+        statistics = np.array([of(values[a:b]) for a, b in parts])
+        line = fit_line(middles, statistics, level)
+        rest = statistics - statistics.mean() - line.slope * (middles - middles.mean())
         rest = rest / _power_of_two(rest)
         size = float(rest @ rest)
         if not size or abs(float(rest[1:] @ rest[:-1])) <= 2 * size / math.sqrt(count):
@@ -168,14 +168,14 @@ def marks(
 ) -> list[dict[str, Any]]:
     """Return {"used"} of each row, and {"why_not"} where its error is no part of the line."""
     first, last = (len(errors), len(errors)) if window is None else (window.first, window.last)
-    found: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
     for i, error in enumerate(errors):
         used = error is not None and first <= i <= last
-        found.append({"used": used})
+        rows.append({"used": used})
         if error is not None:
             below = i > last or error <= floor
-            found[-1]["why_not"] = "" if used else "round-off" if below else "pre-asymptotic"
-    return found
+            rows[-1]["why_not"] = "" if used else "round-off" if below else "pre-asymptotic"
+    return rows
 
 
 def line_of(window: Window | None) -> dict[str, Any]:

@@ -270,18 +270,18 @@ def answers(
     student's of a class; one that is not there is a mistake of the command itself. Raises
     `BadInput` if nothing stays.
     """
-    found, lost = [], []
+    pairs, lost = [], []
     for word in words:
         try:
-            found.append((word, ask(word)))
+            pairs.append((word, ask(word)))
         except BadInput as error:
             if not beside(word):
                 raise
             lost.append(str(error))
-    if lost and not found:
+    if lost and not pairs:
         raise BadInput(" ".join(lost))
     _LEFT_OUT.update(dict.fromkeys(lost))
-    return found
+    return pairs
 
 
 def only(kind: Kind, word: str) -> Any:
@@ -435,8 +435,8 @@ def _kind_of(thing: Any) -> Kind | None:
 def _made(path: str, maker: FunctionType, values: str) -> Any:
     """Return what a user's function makes of the values; raises `BadInput` if it raises."""
     try:
-        given = _arguments(values)
-        return maker(*(v for name, v in given if not name), **{n: v for n, v in given if n})
+        arguments = _arguments(values)
+        return maker(*(v for name, v in arguments if not name), **{n: v for n, v in arguments if n})
     except RAISED as error:
         said = error if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         raise BadInput(f"{path}: {maker.__name__}({values}) fails: {said}") from None
@@ -444,12 +444,12 @@ def _made(path: str, maker: FunctionType, values: str) -> Any:
 
 def with_words(thing: Any, values: str) -> Any:
     """Return a rule with values for its open numbers, or a scene with others for its own."""
-    given = dict(_arguments(values))
+    arguments = dict(_arguments(values))
     if isinstance(thing, Discretisation):
-        return with_parameters(thing, given)
-    given = {name: str(value) for name, value in given.items()}  # "1/3" is exact
-    own = {name: given.pop(name) for name in [*given] if name in thing.parameters}
-    return thing.with_values(**given, **({"parameters": own} if own else {}))
+        return with_parameters(thing, arguments)
+    arguments = {name: str(value) for name, value in arguments.items()}  # "1/3" is exact
+    own = {name: arguments.pop(name) for name in [*arguments] if name in thing.parameters}
+    return thing.with_values(**arguments, **({"parameters": own} if own else {}))
 
 
 def _arguments(text: str) -> list[tuple[str, Any]]:

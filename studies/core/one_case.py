@@ -32,26 +32,26 @@ def run_case(
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
     causes: True to look for the cause of a verdict that is not a pass.
     """
-    found, verdict = measured_fully(study, case, progress)
-    cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
-    return told_of(study, case, found, verdict, cause)
+    record, verdict = measured_fully(study, case, progress)
+    cause = diagnosed(study, case, record) if causes and asks_cause(study, case, verdict) else None
+    return told_of(study, case, record, verdict, cause)
 
 
 def measured_fully(study: Study, case: Case, progress: Progress = silent) -> tuple[Found, Verdict]:
     """Return the measurement, with what its first verdict asks for beside it, and the verdict."""
-    found = measured_case(study, case, progress)
-    verdict = judged(study, case, found)
-    if asks_more(study, found, verdict):
-        found = with_more(study, case, found, verdict)
-        verdict = judged(study, case, found)
-    return found, verdict
+    record = measured_case(study, case, progress)
+    verdict = judged(study, case, record)
+    if asks_more(study, record, verdict):
+        record = with_more(study, case, record, verdict)
+        verdict = judged(study, case, record)
+    return record, verdict
 
 
 def told_of(
-    study: Study, case: Case, found: Found, verdict: Verdict, cause: Json | None
+    study: Study, case: Case, record: Found, verdict: Verdict, cause: Json | None
 ) -> AnyResult:
     """Return the result of a case from its measurement, its verdict and the cause of that."""
-    measurement = found.measurement or Measurement()
+    measurement = record.measurement or Measurement()
     extras = measurement.extras
     return Result(
         study=study.name,
@@ -70,8 +70,8 @@ def told_of(
         diagnosis=cause or None,
         unusable=verdict.unusable or None,
         why=verdict.why or None,
-        seconds=found.seconds,
-        measured_at=found.measured_at,
+        seconds=record.seconds,
+        measured_at=record.measured_at,
     )
 
 
@@ -93,41 +93,41 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
             return study.measurement(case, progress)
 
     begun = time.perf_counter()
-    found = _with(Found(), _or_why(case, measure))
+    record = _with(Found(), _or_why(case, measure))
     seconds = time.perf_counter() - begun
-    return replace(with_order(found, case), seconds=seconds, measured_at=provenance())
+    return replace(with_order(record, case), seconds=seconds, measured_at=provenance())
 
 
-def judged(study: Study, case: Case, found: Found) -> Verdict:
+def judged(study: Study, case: Case, record: Found) -> Verdict:
     """Return the verdict on a measurement, or the reason why there is no measurement."""
-    if found.knows_order:
-        case.know_order(found.order)
-    measurement = found.measurement
+    if record.knows_order:
+        case.know_order(record.order)
+    measurement = record.measurement
     if measurement is None:
-        return found.failed or Verdict("inconclusive", "nothing was measured.")
+        return record.failed or Verdict("inconclusive", "nothing was measured.")
     return _or_why(case, lambda: study.verdict(case, measurement).settled())
 
 
-def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
+def asks_more(study: Study, record: Found, verdict: Verdict) -> bool:
     """Return True if more has to be measured before that verdict can be given."""
-    asked = found.more or found.measurement is None or found.declined == _words(verdict)
+    asked = record.more or record.measurement is None or record.declined == _words(verdict)
     return verdict.is_trouble and study.measures_more and not asked
 
 
-def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
-    """Return `found` with the numbers that are measured only if the first verdict is no pass."""
-    begun, measurement = time.perf_counter(), found.measurement
+def with_more(study: Study, case: Case, record: Found, verdict: Verdict) -> Found:
+    """Return the record with the numbers that are measured only if the first verdict is no pass."""
+    begun, measurement = time.perf_counter(), record.measurement
     assert measurement is not None
 
     told = _or_why(case, lambda: study.measure_more(case, measurement, verdict))
     if isinstance(told, Verdict):
-        found = _with(found, told)
+        record = _with(record, told)
     elif told:
-        found = _with(found, measurement.with_extras(**told))
+        record = _with(record, measurement.with_extras(**told))
     # a judge that says something else later may ask for what this verdict did not need
     more, declined = (True, "") if told else (False, _words(verdict))
-    seconds = found.seconds + time.perf_counter() - begun
-    return replace(with_order(found, case), more=more, declined=declined, seconds=seconds)
+    seconds = record.seconds + time.perf_counter() - begun
+    return replace(with_order(record, case), more=more, declined=declined, seconds=seconds)
 
 
 def _words(verdict: Verdict) -> str:
@@ -141,18 +141,18 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     return verdict.is_trouble and seeks and case.control is None
 
 
-def diagnosed(study: Study, case: Case, found: Found) -> Json | None:
+def diagnosed(study: Study, case: Case, record: Found) -> Json | None:
     """Return the cause of a verdict that is not a pass, or None if it is unknown.
 
     No error in the search for it takes the verdict away: an error of the search itself is told.
     """
     from discmech.reference import ReferenceFailure
 
-    if found.measurement is None:
+    if record.measurement is None:
         return None
     try:
         with _digits_of(case):
-            return study.diagnose(case, found.measurement)
+            return study.diagnose(case, record.measurement)
     except (StepFailure, BadInput, ReferenceFailure):
         return None
     except Exception as error:
@@ -160,15 +160,15 @@ def diagnosed(study: Study, case: Case, found: Found) -> Json | None:
         return named("not found", f"{said}please report it with the command.", {})
 
 
-def _with(found: Found, told: Measurement | Verdict) -> Found:
+def _with(record: Found, told: Measurement | Verdict) -> Found:
     if isinstance(told, Verdict):
-        return replace(found, failed=told, measurement=None)
-    return replace(found, measurement=told)
+        return replace(record, failed=told, measurement=None)
+    return replace(record, measurement=told)
 
 
-def with_order(found: Found, case: Case) -> Found:
-    """Return `found` with the rule's order on the scene, if it was asked for."""
-    return replace(found, order=case.order, knows_order=True) if case.knows_order else found
+def with_order(record: Found, case: Case) -> Found:
+    """Return the record with the rule's order on the scene, if it was asked for."""
+    return replace(record, order=case.order, knows_order=True) if case.knows_order else record
 
 
 def _digits_of(case: Case) -> AbstractContextManager[object]:

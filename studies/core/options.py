@@ -29,14 +29,14 @@ class Option:
         return self.flag.strip("-")
 
 
-def option_words(given: Mapping[str, Any]) -> list[str]:
+def option_words(values: Mapping[str, Any]) -> list[str]:
     """Return the words of a command that give these values to options, by their flags.
 
     True stands for a switch, a list for an option that is repeated; None, False and an empty word
     leave one out.
     """
     words: list[str] = []
-    for flag, value in given.items():
+    for flag, value in values.items():
         for each in value if isinstance(value, list | tuple) else [value]:
             if each is True:
                 words.append(flag)
@@ -52,20 +52,20 @@ def refuse(sentence: str) -> NoReturn:
     raise BadInput(sentence)
 
 
-def listed(what: str, given: Any) -> list[Any]:
+def listed(what: str, thing: Any) -> list[Any]:
     """Return the entries of a list; a word or another single object is the only one; () is all."""
-    if given is None:
+    if thing is None:
         refuse(f"{what} is None: give a list.")
-    if isinstance(given, str):
-        return [given]
+    if isinstance(thing, str):
+        return [thing]
     try:
-        entries = iter(given)
+        entries = iter(thing)
     except TypeError:  # also for an array without axes, which claims to be iterable
-        return [given]
-    found = list(entries)
-    if not (found or isinstance(given, tuple)):  # such as a filter that let nothing through
+        return [thing]
+    members = list(entries)
+    if not (members or isinstance(thing, tuple)):  # such as a filter that let nothing through
         refuse(f"{what} is an empty list: leave it out for all of them.")
-    return found
+    return members
 
 
 def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
@@ -104,15 +104,15 @@ def values_of(text: str) -> tuple[str, list[str]]:
     """
     from discmech.integrators.numbers import exact
 
-    name, equals, given = text.partition("=")
+    name, equals, rest = text.partition("=")
     try:
-        if ":" in given:
-            first, last, count = given.split(":")
+        if ":" in rest:
+            first, last, count = rest.split(":")
             begin, number = Fraction(first), int(count)
             size = (Fraction(last) - begin) / (number - 1)
             values = [_like(first + last, begin + size * k) for k in range(number)]
         else:
-            values = [each.strip() for each in given.split(",") if exact(each, name) is not None]
+            values = [each.strip() for each in rest.split(",") if exact(each, name) is not None]
     except (ValueError, ZeroDivisionError):  # BadInput is one
         values = []
     if not (name.isidentifier() and equals and values):
@@ -123,12 +123,10 @@ def values_of(text: str) -> tuple[str, list[str]]:
     return name, values
 
 
-def _like(given: str, value: Fraction) -> str:
-    """Return the value as a decimal, if it is one and the given ones are, or as a fraction."""
+def _like(text: str, value: Fraction) -> str:
+    """Return the value as a decimal, if it is one and the text has some, or as a fraction."""
     decimal = str(float(value))
-    return (
-        decimal if "." in given and "/" not in given and Fraction(decimal) == value else str(value)
-    )
+    return decimal if "." in text and "/" not in text and Fraction(decimal) == value else str(value)
 
 
 def seconds(what: str) -> Callable[[str], float]:

@@ -51,12 +51,12 @@ def _is_ours(path: Path) -> bool:
     if small[:1] not in (b"{", b"["):
         return False
     try:
-        found = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (ValueError, RecursionError):
         return False
-    if isinstance(found, list):
-        found = found[0] if found else None
-    return isinstance(found, dict) and any(keys <= found.keys() for keys in _KEYS)
+    if isinstance(content, list):
+        content = content[0] if content else None
+    return isinstance(content, dict) and any(keys <= content.keys() for keys in _KEYS)
 
 
 def manifest(folder: Path) -> str:

@@ -38,15 +38,15 @@ class Measurement(Mapping[str, Any]):
     extras: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, given: Any) -> Measurement:
+    def of(cls, answer: Any) -> Measurement:
         """Return the measurement of a study's own record, or of a dictionary of any values."""
-        return given if isinstance(given, Measurement) else cls.of_json(encoded(given))
+        return answer if isinstance(answer, Measurement) else cls.of_json(encoded(answer))
 
     @classmethod
-    def of_json(cls, given: Mapping[str, Any]) -> Measurement:
+    def of_json(cls, entries: Mapping[str, Any]) -> Measurement:
         """Return the measurement of a dictionary from JSON."""
-        extras = {key: value for key, value in given.items() if key not in ("measured", "rows")}
-        return cls(given.get("measured", {}), given.get("rows", []), extras)
+        extras = {key: value for key, value in entries.items() if key not in ("measured", "rows")}
+        return cls(entries.get("measured", {}), entries.get("rows", []), extras)
 
     def with_extras(self, **more: Any) -> Measurement:
         """Return this measurement with more, or other, extras."""
@@ -151,9 +151,9 @@ class Found:
         return dict(encoded(self))
 
     @classmethod
-    def of_json(cls, given: Mapping[str, Any]) -> Found:
+    def of_json(cls, entries: Mapping[str, Any]) -> Found:
         """Return the object of a dictionary by `to_json`."""
-        return decoded(cls, given)
+        return decoded(cls, entries)
 
 
 _NUMBER = re.compile(r"(?<![\w.])[-−]?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")

@@ -21,14 +21,14 @@ def measured_by(study: Any, case: Case, progress: Progress) -> Measurement:
     Raises `BadInput` for an error in it, and for an answer that is not {"measured": {name:
     number}}.
     """
-    given = _asked(study, study.measure, case, progress)
-    if not isinstance(given, Mapping) or not isinstance(given.get("measured"), Mapping):
+    answer = _asked(study, study.measure, case, progress)
+    if not isinstance(answer, Mapping) or not isinstance(answer.get("measured"), Mapping):
         raise BadInput(
-            f'the study {study.name}: measure() gave {_short(given)}: return {{"measured": '
+            f'the study {study.name}: measure() gave {_short(answer)}: return {{"measured": '
             '{name: number}, "rows": [{name: number}, ...]}.'
         )
-    found = {key: _plain(study, key, value) for key, value in given.items()}
-    return Measurement.of(found)
+    numbers = {key: _plain(study, key, value) for key, value in answer.items()}
+    return Measurement.of(numbers)
 
 
 def judged_by(study: Any, case: Case, measurement: Measurement) -> Verdict:
@@ -42,9 +42,9 @@ def judged_by(study: Any, case: Case, measurement: Measurement) -> Verdict:
     return replace(said, expected=_plain(study, "expected", said.expected))
 
 
-def _asked(study: Any, function: Callable[..., Any], *given: Any) -> Any:
+def _asked(study: Any, function: Callable[..., Any], *arguments: Any) -> Any:
     try:
-        return function(*given)
+        return function(*arguments)
     except DiscmechError:
         raise
     except RAISED as error:

@@ -40,8 +40,8 @@ class Plan:
     def of_those_that_apply(cls, studies: Sequence[Study], choice: Choice) -> Plan:
         """Return the plan without the studies that have no case."""
         plan = cls(studies, choice)
-        held = [(s, c) for s, c in zip(plan.studies, plan.cases, strict=True) if c]
-        plan.studies, plan.cases = [s for s, _ in held], [c for _, c in held]
+        pairs = [(s, c) for s, c in zip(plan.studies, plan.cases, strict=True) if c]
+        plan.studies, plan.cases = [s for s, _ in pairs], [c for _, c in pairs]
         return plan
 
     def case(self, place: Place) -> Case:

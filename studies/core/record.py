@@ -48,7 +48,7 @@ def versions() -> dict[str, Any]:
 def machine() -> dict[str, Any]:
     """Return the other facts on which times depend, with the versions of other integrators."""
     peers = {
-        name: found for name in ("heyoka", "diffrax", "jax", "rebound") if (found := _version(name))
+        name: text for name in ("heyoka", "diffrax", "jax", "rebound") if (text := _version(name))
     }
     return {
         "machine": f"{platform.system()} {platform.machine()}",

@@ -28,30 +28,30 @@ class AtMost:
 
 def grouped(things: Iterable[Of], key: Callable[[Of], Key]) -> dict[Key, list[Of]]:
     """Return the things that have a key in common, by this key, all in the order of their first."""
-    found: dict[Key, list[Of]] = {}
+    groups: dict[Key, list[Of]] = {}
     for thing in things:
-        found.setdefault(key(thing), []).append(thing)
-    return found
+        groups.setdefault(key(thing), []).append(thing)
+    return groups
 
 
-def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:
+def decoded(kind: type[Record], content: Any, finite: bool = False) -> Record:
     """Return the record with the entries of a dictionary; a missing entry has its default.
 
-    kind: a dataclass whose fields have defaults; any other type returns what is given. Entries that
+    kind: a dataclass whose fields have defaults; any other type returns the content. Entries that
     are records, or lists and dictionaries of them, are read alike. A field whose key is no Python
     name has it in its metadata, {"key": ...}. finite: True if a float that is not finite counts as
     None.
     """
     if not is_dataclass(kind):
-        return kind() if given is None else given
-    found = given if isinstance(given, Mapping) else {}
+        return kind() if content is None else content
+    entries = content if isinstance(content, Mapping) else {}
     made, readers = {}, _readers(kind, finite)
     for name, key, read in readers:
         if key == "*":
             others = {key for _, key, _ in readers}
-            made[name] = read({k: value for k, value in found.items() if k not in others})
-        elif key in found:
-            made[name] = read(found[key])
+            made[name] = read({k: value for k, value in entries.items() if k not in others})
+        elif key in entries:
+            made[name] = read(entries[key])
     return kind(**made)
 
 

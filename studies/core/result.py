@@ -235,22 +235,22 @@ class StudyResult:
         return made | {"cases": cases}
 
 
-def result_of(study: str, given: Json) -> AnyResult:
+def result_of(study: str, entries: Json) -> AnyResult:
     """Return the result of a case from the dictionary that is written."""
-    made: AnyResult = _read(Result, given)
+    made: AnyResult = _read(Result, entries)
     return replace(made, study=study)
 
 
-def study_result_of(given: Json) -> StudyResult:
+def study_result_of(entries: Json) -> StudyResult:
     """Return the result of a study from the dictionary that is written."""
-    made: StudyResult = _read(StudyResult, given)
-    cases = given.get("cases") or ()
+    made: StudyResult = _read(StudyResult, entries)
+    cases = entries.get("cases") or ()
     return replace(made, cases=[result_of(str(one.get("study") or made.study), one)
                                 for one in cases])  # fmt: skip
 
 
-def _read(kind: type[Any], given: Json) -> Any:
+def _read(kind: type[Any], entries: Json) -> Any:
     """Return the record, without entries that are null; an unknown verdict is inconclusive."""
-    said = given.get("verdict")
-    known = {key: value for key, value in given.items() if value is not None}
+    said = entries.get("verdict")
+    known = {key: value for key, value in entries.items() if value is not None}
     return decoded(kind, known | {"verdict": said if said in VERDICTS else "inconclusive"})

@@ -106,7 +106,7 @@ def run_plan(
     many cases are judged.
     """
     studies, choice = plan.studies, plan.choice
-    found: dict[Place, AnyResult] = {}
+    outcomes: dict[Place, AnyResult] = {}
     extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1
 
@@ -115,22 +115,22 @@ def run_plan(
     def done(places: Sequence[Place], results: Sequence[AnyResult]) -> None:
         for place, result in zip(places, results, strict=True):
             with lock:  # another process's result comes at once, and again with its task
-                if place not in found:
+                if place not in outcomes:
                     told(result)
-                    found[place] = result
+                    outcomes[place] = result
 
     def heard(news: tuple[Place, AnyResult]) -> None:
         done([news[0]], [news[1]])
 
     def within(label: str, fraction: float) -> None:
-        progress(label, min(1.0, (len(found) + fraction) / total))
+        progress(label, min(1.0, (len(outcomes) + fraction) / total))
 
     if store is not None:
         for place, result in _stored_results(plan, store, isinstance(jobs, Cluster)):
             done([place], [replace(result, remembered=True)])
         extras = _stored_answers(plan, also, store) if also else {}
     answered = set(extras) if also else set(range(len(plan.pairs)))
-    tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
+    tasks = plan.tasks(set(outcomes), answered, isinstance(jobs, Cluster))
     try:
         for places, results, extra in finished(plan, tasks, jobs, also, within, store, heard):
             done(places, results)
@@ -139,19 +139,21 @@ def run_plan(
                 case = plan.case(places[-1])
                 within(f"{case.scene.name} {case.label}", 0.0)
         for place, case in plan.places():
-            if place not in found:  # a study that needs the machine alone
+            if place not in outcomes:  # a study that needs the machine alone
                 done([place], [measured(studies[place[0]], case, within, store)])
     except KeyboardInterrupt as stop:
-        stop.add_note(f"{len(found)} of {total} cases are judged, {total - len(found)} are not.")
+        stop.add_note(
+            f"{len(outcomes)} of {total} cases are judged, {total - len(outcomes)} are not."
+        )
         raise
-    if found and all(result.unusable for result in found.values()):
-        raise BadInput(next(iter(found.values())).reason)
-    found |= shrunk(plan, found, store, progress)
+    if outcomes and all(result.unusable for result in outcomes.values()):
+        raise BadInput(next(iter(outcomes.values())).reason)
+    outcomes |= shrunk(plan, outcomes, store, progress)
     if store is not None:
         store.prune()
     complete = []
     for i, study in enumerate(studies):
-        whole = [found[i, k] for k in range(len(plan.cases[i]))]
+        whole = [outcomes[i, k] for k in range(len(plan.cases[i]))]
         remembered = sum(case.remembered for case in whole)
         together = StudyResult(
             study=study.name,
@@ -178,14 +180,14 @@ def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
     # those of a race are labels
     seen = {name for case in cases for name in (case.rule.name, case.label)}
     spoken = " ".join((*choice.unheeded(), *apart(choice, study), *study.notes(choice)))
-    found = []
+    sentences = []
     for rule in choice.rules:
         if rule.name in seen or rule.name in spoken:
             continue
         no_fast = rule.splits and all(getattr(s, "fast", None) is None for s in choice.scenes)
         why = "it needs a scene that names a fast potential" if no_fast else study.needs
-        found.append(f"{rule.name} is left out of {study.name}: {why.rstrip('.')}.")
-    return found
+        sentences.append(f"{rule.name} is left out of {study.name}: {why.rstrip('.')}.")
+    return sentences
 
 
 def about_remembered(remembered: int, cases: int) -> list[str]:
@@ -210,10 +212,10 @@ def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Plac
 
 def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> dict[int, Any]:
     """Return the store's answers of `also`, by pair."""
-    found = {}
+    answers = {}
     for i, pair in enumerate(plan.pairs):
         if all(fingerprint.is_ours(thing) for thing in pair):
             earlier = store.find("answer", fingerprint.of_answer(also, *pair))
             if earlier is not None:
-                found[i] = earlier
-    return found
+                answers[i] = earlier
+    return answers

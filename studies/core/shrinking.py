@@ -37,7 +37,7 @@ MOST_STEPS = 2**20
 
 
 def shrunk(
-    plan: Plan, found: dict[Place, AnyResult], store: Store | None, progress: Progress
+    plan: Plan, results: dict[Place, AnyResult], store: Store | None, progress: Progress
 ) -> dict[Place, AnyResult]:
     """Return the failing results, with the smallest case that fails too: by study and method."""
     groups: dict[tuple[Any, ...], list[Place]] = {}
@@ -46,7 +46,7 @@ def shrunk(
         if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is no smaller case
             continue
         if (
-            found[place].verdict == "fail"
+            results[place].verdict == "fail"
             and study.of_systems
             and not (case.control or study.alone)
         ):
@@ -56,13 +56,13 @@ def shrunk(
         place = min(places, key=lambda p: size(plan.case(p).scene))
         study, case = plan.studies[place[0]], plan.case(place)
         progress(f"{study.name}, {case.scene.name} {case.label}: the smallest that fails", 1.0)
-        make = partial(_listed, study, case, found[place])
+        make = partial(_listed, study, case, results[place])
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
             make = partial(store.remembered, "smallest", of_everything("smallest", key), make)
         if (small := make()[0]) is not None:
             least = decoded(Smallest, small)
-            changed |= {each: replace(found[each], smallest=least) for each in places}
+            changed |= {each: replace(results[each], smallest=least) for each in places}
     return changed
 
 
@@ -75,32 +75,32 @@ def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
 
     def fails(tried: Case) -> AnyResult | None:
         """Return the result, if it is a failure of this method and of the same kind."""
-        found = _tried(study, tried)
-        if found is None or bool(found.figures) != bool(result.figures):
+        failure = _tried(study, tried)
+        if failure is None or bool(failure.figures) != bool(result.figures):
             return None
         usual = discretisations.midpoint
         compared = case.rule is not usual and usual.applies(tried.scene)
         if compared and _tried(study, replace(tried, rule=usual)) is not None:
             return None
         if study.tells_causes:  # another defect may make it fail
-            found = _tried(study, tried, causes=True)
-        return found if found is not None and _why(found) == why else None
+            failure = _tried(study, tried, causes=True)
+        return failure if failure is not None and _why(failure) == why else None
 
     def first(candidates: Iterator[Case]) -> tuple[Case, AnyResult] | None:
         for candidate in candidates:
             if time.process_time() > ends:
                 return None
-            if found := fails(candidate):
-                return candidate, found
+            if failure := fails(candidate):
+                return candidate, failure
         return None
 
     small, said = case, result
-    if found := first(_on_simpler_scenes(study, case)):
-        small, said = found
-    if (found := first(_with_fewer_steps(small, said))) and (
-        not said.figures or found[1].figures != said.figures
+    if failure := first(_on_simpler_scenes(study, case)):
+        small, said = failure
+    if (failure := first(_with_fewer_steps(small, said))) and (
+        not said.figures or failure[1].figures != said.figures
     ):
-        small, said = found
+        small, said = failure
     whatever = [
         name for name, scene in _with_parameters_of_one(small.scene)
         if time.process_time() < ends and fails(replace(small, scene=scene))
@@ -124,10 +124,10 @@ def _listed(study: Study, case: Case, result: AnyResult) -> list[Any]:
 def _tried(study: Study, case: Case, causes: bool = False) -> AnyResult | None:
     """Return the result if it is a failure."""
     try:
-        found = run_case(study, case, causes=causes)
+        result = run_case(study, case, causes=causes)
     except DiscmechError:  # so few steps, or this scene, make no case
         return None
-    return found if found.verdict == "fail" and not found.unusable else None
+    return result if result.verdict == "fail" and not result.unusable else None
 
 
 def size(scene: Scene) -> tuple[int, int]:
@@ -143,7 +143,7 @@ def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
     if own or not simpler:  # a choice of no scene means all scenes
         return
     choice = Choice(tuple(sorted(simpler, key=size)), (case.rule,), (), (case.digits,), case.steps)
-    yield from (found for found in study.cases(choice) if not found.control)
+    yield from (candidate for candidate in study.cases(choice) if not candidate.control)
 
 
 def _with_fewer_steps(case: Case, result: AnyResult) -> Iterator[Case]:

@@ -68,31 +68,31 @@ def found_by(
 
 
 def _completed(
-    store: Store | Carried, study: Study, case: Case, key: str, found: Found, only: bool = False
+    store: Store | Carried, study: Study, case: Case, key: str, record: Found, only: bool = False
 ) -> AnyResult | None:
     """Return the result of a measurement; see `found_by`."""
-    verdict, cause = judged(study, case, found), None
-    if case.knows_order and not found.knows_order:  # by the judge: it derives nothing next time
-        found = _kept(store, key, with_order(found, case))
-    if asks_more(study, found, verdict):
+    verdict, cause = judged(study, case, record), None
+    if case.knows_order and not record.knows_order:  # by the judge: it derives nothing next time
+        record = _kept(store, key, with_order(record, case))
+    if asks_more(study, record, verdict):
         if only:
             return None
-        found = _kept(store, key, with_more(study, case, found, verdict))
-        verdict = judged(study, case, found)
+        record = _kept(store, key, with_more(study, case, record, verdict))
+        verdict = judged(study, case, record)
     if asks_cause(study, case, verdict):  # with other rules and scenes, so all text counts
         named = fingerprint.of_everything(key, verdict.verdict, verdict.reason)
         told = store.find("cause", named)
         if told is None:
             if only:
                 return None
-            told = store.keep("cause", named, [diagnosed(study, case, found)])
+            told = store.keep("cause", named, [diagnosed(study, case, record)])
         (cause,) = told
-    return told_of(study, case, found, verdict, cause)
+    return told_of(study, case, record, verdict, cause)
 
 
-def _kept(store: Store | Carried, key: str, found: Found) -> Found:
-    """It as it will be found."""
-    return Found.of_json(store.keep("measurement", key, found.to_json()))
+def _kept(store: Store | Carried, key: str, record: Found) -> Found:
+    """Store the record, and return it as it will be found."""
+    return Found.of_json(store.keep("measurement", key, record.to_json()))
 
 
 def measured(
@@ -105,10 +105,10 @@ def measured(
     earlier = found_by(store, study, case, key)
     if earlier is not None:
         return replace(earlier, remembered=True)
-    found = measured_case(study, case, progress)
-    if not (found.failed and found.failed.unusable):
-        found = _kept(store, key, found)
-    result = _completed(store, study, case, key, found)
+    record = measured_case(study, case, progress)
+    if not (record.failed and record.failed.unusable):
+        record = _kept(store, key, record)
+    result = _completed(store, study, case, key, record)
     assert result is not None
     return result
 
@@ -168,10 +168,10 @@ def finished(
         task, future = ended.get()
         results, said, founds = future.result()
         if elsewhere and store is not None:
-            for (i, k), found in zip(task.places, founds, strict=True):
+            for (i, k), outcome in zip(task.places, founds, strict=True):
                 key = key_of(plan.studies[i], plan.cases[i][k])
-                if key is not None and found is not None:
-                    store.keep("measurement", key, found)
+                if key is not None and outcome is not None:
+                    store.keep("measurement", key, outcome)
             for pair, answer in said.items():
                 with suppress(Opaque):
                     named = fingerprint.of_answer(also, *plan.pairs[pair])  # type: ignore[arg-type]
@@ -185,8 +185,8 @@ def finished(
             for _ in range(len(left) if isinstance(workers, Cluster) else workers):
                 give(pool)
             while task is not None:
-                for found in _in_turn(plan, [task], also, progress, store):
-                    yield found
+                for outcome in _in_turn(plan, [task], also, progress, store):
+                    yield outcome
                     while not ended.empty():
                         others += 1
                         yield taken()

@@ -171,13 +171,13 @@ class Store:
 
     # -- the file -------------------------------------------------------------------------
 
-    def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    def _rows(self, path: Path, asked: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
         """Return the rows that a query finds in a file; [] without a readable file."""
         if not path.exists():
             return []
         for again in (True, False):
             try:
-                return self._opened(path).execute(asked, given).fetchall()
+                return self._opened(path).execute(asked, values).fetchall()
             except _TROUBLES as error:
                 if again and path == self.path and _is_ruined(error, path):
                     with suppress(OSError):
@@ -188,13 +188,13 @@ class Store:
                     self.troubles["read"] = f"stored results cannot be read ({why}: {path})."
         return []
 
-    def _write(self, statement: str, *given: tuple[Any, ...]) -> None:
+    def _write(self, statement: str, *rows: tuple[Any, ...]) -> None:
         """Change the file, as a whole or not at all; use a new file if this one is ruined."""
         for again in (True, False):
             try:
                 file = self._opened(self.path)
                 with file:  # one transaction
-                    file.executemany(statement, given or [()])
+                    file.executemany(statement, rows or [()])
                 _HELD.discard(self.path)
                 return
             except _TROUBLES as error:
@@ -301,9 +301,9 @@ class Carried:
 
     def taken(self) -> Any | None:
         """Return the latest measurement, once; None if there is none."""
-        found = [content for kind, content in self.rows if kind == "measurement"]
+        contents = [content for kind, content in self.rows if kind == "measurement"]
         self.rows = []
-        return found[-1] if found else None
+        return contents[-1] if contents else None
 
 
 _WHY = {
@@ -336,9 +336,9 @@ def _patience(path: Path) -> str:
     return f"PRAGMA busy_timeout = {0 if path in _HELD else int(1000 * PATIENCE)}"
 
 
-def _text(found: bytes) -> str:
+def _text(content: bytes) -> str:
     """Return a text of the file; the seal tells of one that is damaged."""
-    return found.decode(errors="replace")
+    return content.decode(errors="replace")
 
 
 def rows_in(path: Path) -> list[tuple[Any, ...]]:

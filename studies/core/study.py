@@ -104,10 +104,10 @@ class Study:
         from .case import lattice_cases, plain_cases
 
         own = self._own(replace(choice, scenes=choice.scenes or tuple(all_scenes())))
-        found = plain_cases(self.name, own, self.digits) if own.scenes else []
+        cases = plain_cases(self.name, own, self.digits) if own.scenes else []
         if own.scenes and self.asks_for != "equations":
-            found += lattice_cases(self.name, own)
-        return [c for c in found if self._of(c)]
+            cases += lattice_cases(self.name, own)
+        return [c for c in cases if self._of(c)]
 
     def measure(self, case: Case, progress: Progress) -> Mapping[str, Any]:
         """Return the numbers of a case, {"measured": {name: number}, "rows": [{...}]}, without
@@ -200,8 +200,8 @@ class Study:
         """Return the choice without systems that lack the part that this study asks for."""
         from .parts import parts_of
 
-        held = tuple(s for s in choice.scenes if self.asks_for in parts_of(s))
-        return replace(choice, scenes=held)
+        scenes = tuple(s for s in choice.scenes if self.asks_for in parts_of(s))
+        return replace(choice, scenes=scenes)
 
     def _of(self, case: Case) -> bool:
         from .parts import parts_of
@@ -307,8 +307,8 @@ class StudyFolder(Study):
 
         if (told := parasitic(case)) is not None or not self.tells_causes:
             return told
-        found: Mapping[str, Any] | None = self.judging.diagnose(case, measurement)
-        return found
+        cause: Mapping[str, Any] | None = self.judging.diagnose(case, measurement)
+        return cause
 
     @property
     def tells_causes(self) -> bool:
@@ -319,8 +319,8 @@ class StudyFolder(Study):
         self, case: Case, measurement: Measurement, said: Verdict
     ) -> Mapping[str, Any]:
         """Return further measurements that are made only if the first verdict is not a pass."""
-        found: Mapping[str, Any] = self.measuring.measure_more(case, measurement, said)
-        return found
+        numbers: Mapping[str, Any] = self.measuring.measure_more(case, measurement, said)
+        return numbers
 
     @property
     def measures_more(self) -> bool:
@@ -344,9 +344,9 @@ class StudyFolder(Study):
         completed: Whole = self._said("complete", result, result)
         return completed
 
-    def _said(self, name: str, otherwise: Any, *given: Any) -> Any:
+    def _said(self, name: str, otherwise: Any, *arguments: Any) -> Any:
         told = getattr(self.measuring, name, None)
-        return otherwise if told is None else told(*given)
+        return otherwise if told is None else told(*arguments)
 
 
 def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
@@ -369,24 +369,26 @@ def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
 @cache
 def every_study() -> dict[str, Study]:
     """Return all studies by name, in the order of the report: of folders, then of packages."""
-    found = {}
+    studies = {}
     for folder, package in ((FOLDER, _PARENT), (OF_THE_BENCH, f"{_ROOT}.tests.bench")):
         for file in sorted(folder.glob("*/__init__.py")):
             if "STUDY" in file.read_text(encoding="utf-8"):
                 study = import_module(f"{package}.{file.parent.name}").STUDY
-                found[study.name] = study
+                studies[study.name] = study
     for point in entry_points(group="discmech.studies"):
         try:
             study = point.load()
-            trouble = refusal(study) or (f"the name {study.name} is taken" * (study.name in found))
+            trouble = refusal(study) or (
+                f"the name {study.name} is taken" * (study.name in studies)
+            )
         except Exception as error:  # any error of another package that is loaded
             trouble = f"{type(error).__name__}: {error}"
         if trouble:
             whose = f"the study {point.value} of another package is left out"
             warnings.warn(f"{whose}: {trouble}.", stacklevel=2)
         else:
-            found[study.name] = study
-    return dict(sorted(found.items(), key=lambda item: (item[1].place, item[0])))
+            studies[study.name] = study
+    return dict(sorted(studies.items(), key=lambda item: (item[1].place, item[0])))
 
 
 def judging(scene: Any) -> str:
@@ -408,11 +410,11 @@ def refusal(study: Any) -> str:
 
 def known_study(name: str) -> Study | None:
     """Return the study of that name: one of all, or of a user's file that was loaded."""
-    found = every_study().get(name)
+    study = every_study().get(name)
     files = sys.modules.get(f"{_PARENT}.core.userfile")  # otherwise no file was loaded
-    for file in files.loaded() if found is None and files is not None else ():
-        found = file.studies.get(name, found)
-    return found
+    for file in files.loaded() if study is None and files is not None else ():
+        study = file.studies.get(name, study)
+    return study
 
 
 def view_of(name: str) -> Any:

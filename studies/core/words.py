@@ -75,18 +75,18 @@ def _words_in(file: UserFile, thing: Any, path: str, by_text: bool = True) -> It
                 yield f"{path}:{maker}:{values}"
 
 
-def _by_values(held: Any, thing: Any, word: str, by_text: bool = True) -> Iterator[str]:
+def _by_values(base: Any, thing: Any, word: str, by_text: bool = True) -> Iterator[str]:
     """Yield the word if it finds the thing, or the word with other values of a scene."""
-    if _same(held, thing, by_text):
+    if _same(base, thing, by_text):
         yield word
-    elif isinstance(held, Scene) and isinstance(thing, Scene) and held.laws == thing.laws:
+    elif isinstance(base, Scene) and isinstance(thing, Scene) and base.laws == thing.laws:
         changed = {name: getattr(thing, name) for name in ("duration", "step")
-                   if getattr(held, name) != getattr(thing, name)}  # fmt: skip
+                   if getattr(base, name) != getattr(thing, name)}  # fmt: skip
         changed |= {name: value for name, value in thing.parameters.items()
-                    if held.parameters.get(name) != value}  # fmt: skip
+                    if base.parameters.get(name) != value}  # fmt: skip
         with suppress(BadInput, TypeError, ValueError):  # rows are not written as words
             values = _written(changed)
-            if changed and _same(lookup.with_words(held, values), thing):
+            if changed and _same(lookup.with_words(base, values), thing):
                 yield f"{word}:{values}"
 
 

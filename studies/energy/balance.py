@@ -77,8 +77,8 @@ def acts(scene: Scene, duration: float) -> bool:
         {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}, [parts], numbers, columns=True
     )
     with np.errstate(all="ignore"):
-        found = f(x.T, xi.T, mu.T, [numbers.number(p) for p in scene.parameter_values])
-        largest = max((float(np.abs(np.asarray(e, dtype=float)).max()) for e in found), default=0.0)
+        rates = f(x.T, xi.T, mu.T, [numbers.number(p) for p in scene.parameter_values])
+        largest = max((float(np.abs(np.asarray(e, dtype=float)).max()) for e in rates), default=0.0)
     return not largest * duration < unit(16) * moving_energy(scene)
 
 
@@ -88,11 +88,11 @@ def left_alone(scene: Scene) -> Scene:
 
     A start with the velocity of a constraint that moves is projected onto the one that stands.
     """
-    given = scene.hamiltonian or scene.lagrangian
-    assert given is not None
-    held = (lambda x, v, p: given(x, v, p, 0)) if takes_fourth(given) else given
+    function = scene.hamiltonian or scene.lagrangian
+    assert function is not None
+    snapshot = (lambda x, v, p: function(x, v, p, 0)) if takes_fourth(function) else function
     which = "lagrangian" if scene.hamiltonian is None else "hamiltonian"
-    alone = scene.with_values(force=None, **{which: held})
+    alone = scene.with_values(force=None, **{which: snapshot})
     if not works(scene):
         return alone
     still = [_standing(e) for e in scene.all_constraints]
@@ -102,13 +102,13 @@ def left_alone(scene: Scene) -> Scene:
 def _standing(moving: Constraint) -> Constraint:
     """Return a constraint at the time 0, with a = 0."""
 
-    def parts(given: Any, m: int) -> ConstraintParts:
-        found = moving.kind.parts(given, m)
-        return replace(found, shift=[0] * len(found.shift))
+    def parts(function: Any, m: int) -> ConstraintParts:
+        pieces = moving.kind.parts(function, m)
+        return replace(pieces, shift=[0] * len(pieces.shift))
 
-    given = moving.function
-    held = (lambda x, p: given(x, p, 0)) if moving.timed else given
-    return replace(moving.kind, parts=parts)(held)
+    function = moving.function
+    snapshot = (lambda x, p: function(x, p, 0)) if moving.timed else function
+    return replace(moving.kind, parts=parts)(snapshot)
 
 
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:

@@ -122,11 +122,11 @@ def are_steady(edge_slopes: Sequence[float] | None, allowed: float) -> bool:
 def turns_of(run: Trajectory) -> int:
     """Return how often the coordinate that turns most often turns in a run, up to the limit."""
     parts = [np.asarray(part) for part in (run.x, run.mu)]
-    found = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
+    counts = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
     for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch is mostly enough
         rows = slice(first, first + STRETCH + 2)
         ways = np.sign(np.diff(np.hstack([part[rows] for part in parts]).astype(float), axis=0))
-        found += (np.diff(ways, axis=0) != 0).sum(axis=0)
-        if found.max(initial=0) >= LIMITS["turns"]:
+        counts += (np.diff(ways, axis=0) != 0).sum(axis=0)
+        if counts.max(initial=0) >= LIMITS["turns"]:
             break
-    return int(found.max(initial=0))
+    return int(counts.max(initial=0))

@@ -43,44 +43,44 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the run alone."""
     if reason := not_claimed(case.rule, "energy"):
         return Verdict("pass", "", {"not_demanded": reason})
-    found = decoded(Found, measurement)
+    record = decoded(Found, measurement)
     if "balance_order" in measurement.measured:
-        return _judge_balance(case, found)
-    if found.slopes is not None:
-        return _of_long_runs(case, found)
+        return _judge_balance(case, record)
+    if record.slopes is not None:
+        return _of_long_runs(case, record)
     kept = not case.scene.no_energy  # otherwise its band has no modified energy
-    verdict = judge_errors(case, found, kept)
-    if kept and np.isfinite(found.band):
-        verdict = judging_modified.judge(found, verdict)
+    verdict = judge_errors(case, record, kept)
+    if kept and np.isfinite(record.band):
+        verdict = judging_modified.judge(record, verdict)
     if case.rule.is_recorded:  # recorded runs cannot take other steps
         verdict = verdict.because(verdict.reason.replace("take more --steps", "record longer runs"))
-    drift = found.measured.drift
-    drift = abs(found.slope * found.duration if drift is None else drift)
+    drift = record.measured.drift
+    drift = abs(record.slope * record.duration if drift is None else drift)
     unsettled = verdict.verdict == "fail" or verdict.reason == judging_modified.NOT_BACK
-    if unsettled and 0 < drift <= (lost := found.lost or 0.0):
+    if unsettled and 0 < drift <= (lost := record.lost or 0.0):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), verdict.expected)
     return verdict
 
 
-def _of_long_runs(case: Case, found: Found) -> Verdict:
+def _of_long_runs(case: Case, record: Found) -> Verdict:
     """Judge a narrow band by the last two runs: it drifts if their slopes are alike.
 
     They are alike within a factor of two, and of one sign. An energy that comes and goes changes
     its slope as runs get eight times as long.
     """
-    verdict, slopes = judge_errors(case, found), found.slopes or [math.nan]
-    by_modified = judging_modified.of_long_run(found, verdict)
+    verdict, slopes = judge_errors(case, record), record.slopes or [math.nan]
+    by_modified = judging_modified.of_long_run(record, verdict)
     if by_modified is not verdict and by_modified.verdict != "inconclusive":
         return by_modified
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
-    if verdict.verdict != "fail" or alike or found.band > LIMITS["wide"]:
+    if verdict.verdict != "fail" or alike or record.band > LIMITS["wide"]:
         return verdict
     said = f"{verdict.reason} Its rate changes with the length of the run; take more --steps."
     return Verdict("inconclusive", said, verdict.expected)
 
 
-def _judge_balance(case: Case, found: Found) -> Verdict:
+def _judge_balance(case: Case, record: Found) -> Verdict:
     """Judge the balance of energy and work: it has to sink with the step by the method's order.
 
     The difference of two orders at steps halved twice is about what the next term of the error
@@ -88,30 +88,30 @@ def _judge_balance(case: Case, found: Found) -> Verdict:
     fails. A balance that moves by a few roundings a step has no order, and passes. And if nothing
     acts, the energy has to stay: a weak force does not excuse a method that loses it.
     """
-    verdict = _sinks(case, found)
-    if verdict.verdict == "fail" or found.alone is None:
+    verdict = _sinks(case, record)
+    if verdict.verdict == "fail" or record.alone is None:
         return verdict
-    alone = judge(replace(case, scene=balance.left_alone(case.scene)), Measurement.of(found.alone))
+    alone = judge(replace(case, scene=balance.left_alone(case.scene)), Measurement.of(record.alone))
     if alone.verdict != "fail":
         return verdict
     said = f"without its force, and with its time held, {alone.reason}"
     return Verdict("fail", said, verdict.expected)
 
 
-def _sinks(case: Case, found: Found) -> Verdict:
+def _sinks(case: Case, record: Found) -> Verdict:
     """Judge that the balance sinks with its order."""
-    order = found.measured.balance_order
+    order = record.measured.balance_order
     order = None if order is None or math.isnan(order) else order
     expected = balance.wanted(case, tolerance(16))
     least = expected["balance_order"]
-    if not np.isfinite(found.band):
+    if not np.isfinite(record.band):
         return Verdict("fail", "the energy is no longer finite.", expected)
-    rounded = LIMITS["balance"] * unit(case.digits) * (found.steps or 0)
-    if (found.way or 0.0) <= rounded or (order or 0) >= least:
+    rounded = LIMITS["balance"] * unit(case.digits) * (record.steps or 0)
+    if (record.way or 0.0) <= rounded or (order or 0) >= least:
         return Verdict("pass", "", expected)
     said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
     said = f"the balance of energy and work {said}"
-    before, last = [math.nan, math.nan, *(found.balance_orders or ())][-2:]
+    before, last = [math.nan, math.nan, *(record.balance_orders or ())][-2:]
     if not last < least - abs(last - before):
         said += f", after {before:.2f} at twice the step: take more --steps."
         return Verdict("inconclusive", said, expected)

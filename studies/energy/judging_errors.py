@@ -17,26 +17,26 @@ from .limits import LIMITS
 from .records import Found
 
 
-def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
+def judge_errors(case: Case, record: Found, kept: bool = True) -> Verdict:
     """Return the verdict on a result of `measured_errors`; kept: False if nothing is demanded."""
-    band, slope, duration = found.band, found.slope, found.duration
-    round_off = max((change.round_off for change in found.modified or []), default=0.0)
+    band, slope, duration = record.band, record.slope, record.duration
+    round_off = max((change.round_off for change in record.modified or []), default=0.0)
     expected: dict[str, Any] = {"slope_limit": allowed_rise(case, band, round_off) / duration}
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     if not np.isfinite(band):
         return fail("the energy is no longer finite.")
-    edges = found.measured.edge_slopes
+    edges = record.measured.edge_slopes
     if not kept:
         return Verdict("pass", "", {"not_demanded": case.scene.no_energy})
-    quarters = found.quarters or []
+    quarters = record.quarters or []
     if band > LIMITS["wide"] and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
         said = f"half of the run has {max(quarters[:2]) / band:.1%} of the error of the energy"
         if all(after >= 2 * before for before, after in itertools.pairwise(quarters)):
             return fail(f"{said}, and each quarter twice that before: it grows.")
         return unknown(f"{said}: take more --steps.")
-    settled = _settled(found, expected)
+    settled = _settled(record, expected)
     if abs(slope) <= expected["slope_limit"] or are_steady(edges, expected["slope_limit"]):
-        drifts = found.drifts
+        drifts = record.drifts
         if not drifts and band > LIMITS["whole"]:  # no motion of the scene has such an energy
             said = f"the energy is off by {band:.2g} times what moves"
             return settled or unknown(f"{said}, so the run follows no motion: take a smaller step.")
@@ -50,13 +50,13 @@ def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
             return drifting(said, rate * last, expected)
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")
-    low, high = found.measured.slope_interval or (0.0, 0.0)
-    steady = 1.0 if found.steady is None else found.steady
+    low, high = record.measured.slope_interval or (0.0, 0.0)
+    steady = 1.0 if record.steady is None else record.steady
     if low <= 0 <= high or steady < LIMITS["steady"]:
         return settled or unknown(
             "the run is too short to tell a drift from a wandering band: take more --steps."
         )
-    if found.turns is not None and found.turns < LIMITS["turns"]:
+    if record.turns is not None and record.turns < LIMITS["turns"]:
         return unknown(NOT_BACK)
     said = f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
     said += f"which is {abs(slope) * duration / band:.0%} of its band."
@@ -71,17 +71,17 @@ def _continues(drifts: Sequence[Sequence[float]]) -> bool:
     return max(low, lowest) <= min(high, highest)
 
 
-def _settled(found: Found, expected: Mapping[str, Any]) -> Verdict | None:
+def _settled(record: Found, expected: Mapping[str, Any]) -> Verdict | None:
     """Return the verdict on a large error that stays after the first half of the run, or None.
 
     A band is filled again and again. If the motion ends with it, the method has taken its energy;
     if the motion continues, it may be a flight away from the place of the errors.
     """
-    band, quarters = found.band, found.quarters or []
+    band, quarters = record.band, record.quarters or []
     if not (len(quarters) == 4 and FAR * max(quarters[2:]) < band):
         return None
     said = f"the energy's error, {band:.2g} of what moves, comes in half of the run and stays"
-    if found.still:
+    if record.still:
         return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
     if band <= LIMITS["wide"]:
         return None

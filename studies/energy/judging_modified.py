@@ -23,7 +23,7 @@ def drifting(said: str, drift: float, expected: Mapping[str, Any]) -> Verdict:
     return Verdict("fail", said, expected, measured={"drift": drift}, why=OF_DRIFT)
 
 
-def judge(found: Found, verdict: Verdict) -> Verdict:
+def judge(record: Found, verdict: Verdict) -> Verdict:
     """Return the verdict with the modified energy. verdict: the one on the energy's band alone.
 
     If it stays along the run, there is no drift, for any part of the motion that the run is too
@@ -32,19 +32,19 @@ def judge(found: Found, verdict: Verdict) -> Verdict:
     motion, which is not failed, and an energy that seems to stay is trusted only if the modified
     one does not go one way.
     """
-    band, duration, given = found.band, found.duration, found.modified or []
-    rows = resolved(given, band)
+    band, duration, changes = record.band, record.duration, record.modified or []
+    rows = resolved(changes, band)
     drift = certain_drift(rows)
     if drift is not None:
-        change, line = drift.modified, found.slope * duration
-        known = 2 * abs(line) >= abs(change) or found.still
+        change, line = drift.modified, record.slope * duration
+        known = 2 * abs(line) >= abs(change) or record.still
         if verdict.verdict == "fail" and known:
             return verdict  # the line through all rows shows the same, and rest is the reason
         return drifting(_drifts(change, drift.time), change, verdict.expected)
     # a quadratic modified energy stays beyond the limit of stability too
     if band <= LIMITS["whole"]:
-        verdict = _of_run(verdict, rows, bool(given), band, duration)
-    told = drift_beside(found.beside or [])
+        verdict = _of_run(verdict, rows, bool(changes), band, duration)
+    told = drift_beside(record.beside or [])
     if told is not None and verdict.verdict != "fail":
         place, drift = told
         where = ", ".join(f"{e:.4g}" for e in place.place)
@@ -54,26 +54,26 @@ def judge(found: Found, verdict: Verdict) -> Verdict:
     return verdict
 
 
-def of_long_run(found: Found, verdict: Verdict) -> Verdict:
+def of_long_run(record: Found, verdict: Verdict) -> Verdict:
     """Return `judge` of a lattice's run, or the given verdict if the rows are not of its energy.
 
     The states of the rows show the energy's own change too: if the line through the run's energy
     rises by more than twice that, something else than the motion is measured.
     """
-    rows = found.modified or []
+    rows = record.modified or []
     if not rows:
         return verdict
     seen = max(abs(r.energy) + r.round_off for r in rows)
-    line = abs(found.slope * found.duration)
-    return judge(found, verdict) if line <= 2 * seen else verdict
+    line = abs(record.slope * record.duration)
+    return judge(record, verdict) if line <= 2 * seen else verdict
 
 
 def _of_run(
-    verdict: Verdict, rows: Sequence[Change], given: bool, band: float, duration: float
+    verdict: Verdict, rows: Sequence[Change], has_changes: bool, band: float, duration: float
 ) -> Verdict:
     """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
     if not rows or not covers(rows, duration):
-        if verdict.verdict == "fail" and given:
+        if verdict.verdict == "fail" and has_changes:
             return Verdict("inconclusive", NOT_BACK, verdict.expected)
         return verdict
     if stands(rows, band):

@@ -46,12 +46,12 @@ ALONE = 20_000  # steps of a forced scene without its force
 
 def cases(choice: Choice) -> list[Case]:
     """Return every scene with a Lagrangian with every rule, in double precision by default."""
-    found = [
+    on_scenes = [
         c
         for c in plain_cases(NAME, choice, DIGITS)
         if c.scene.lagrangian is not None or c.scene.in_numbers
     ]
-    return [*found, *lattice_cases(NAME, choice)]
+    return [*on_scenes, *lattice_cases(NAME, choice)]
 
 
 def measure(case: Case, progress: Progress = silent) -> Found:
@@ -96,14 +96,14 @@ def _measure(case: Case, progress: Progress) -> Found:
                 f"{case.scene.name}: its energy is held against the work of each step, and "
                 "recorded runs have no further steps."
             )
-        found = balance.measure(case, progress)
+        record = balance.measure(case, progress)
         # alone it is only measured, or constraints with other reactions still work
         if case.scene.no_energy or balance.applies(alone):
-            return found
+            return record
         with suppress(CannotMeasure, StepFailure):  # another motion, which may be unknown
             alone = replace(alone, steps=case.steps or ALONE)
-            found = replace(found, alone=_measure(alone, progress))
-        return found
+            record = replace(record, alone=_measure(alone, progress))
+        return record
 
     still, turns, along = False, 0, list[Change]()
     beside = modified.beside(case)
@@ -127,8 +127,8 @@ def _measure(case: Case, progress: Progress) -> Found:
         whole = whole and band <= LIMITS["whole"]
         return at_places or whole or modified.certain_drift(rows) is not None
 
-    found = measured_errors(case, errors_of, is_enough)
-    return _with_drift(replace(found, still=still, turns=turns, modified=along, beside=beside))
+    record = measured_errors(case, errors_of, is_enough)
+    return _with_drift(replace(record, still=still, turns=turns, modified=along, beside=beside))
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
@@ -174,17 +174,17 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> Found:
             run = system.long_run(times * more * steps, progress)
             return run.t, system.energy_errors(run)
 
-        found = measured_errors(case, errors_of)
-        slopes[found.duration] = found.slope
-        said = judge_errors(case, found).verdict
+        record = measured_errors(case, errors_of)
+        slopes[record.duration] = record.slope
+        said = judge_errors(case, record).verdict
         if said != "pass":  # a slow part may come and go, which the modified energy leaves out
-            taken = math.ceil(found.duration / float(case.scene.step))
-            found = replace(found, modified=system.modified_changes(taken))
-            said = of_long_run(found, judge_errors(case, found)).verdict
+            taken = math.ceil(record.duration / float(case.scene.step))
+            record = replace(record, modified=system.modified_changes(taken))
+            said = of_long_run(record, judge_errors(case, record)).verdict
         if said == "pass" or (said == "inconclusive" and times > 1):
             break
-    measured = replace(found.measured, drift=found.slope * found.duration)
-    return replace(found, measured=measured, slopes=[*slopes.values()])
+    measured = replace(record.measured, drift=record.slope * record.duration)
+    return replace(record, measured=measured, slopes=[*slopes.values()])
 
 
 def _comes_to_rest(run: Trajectory) -> bool:
@@ -202,8 +202,8 @@ def _comes_to_rest(run: Trajectory) -> bool:
     )
 
 
-def _with_drift(found: Found) -> Found:
+def _with_drift(record: Found) -> Found:
     """Return the result with the drift over the run: of the modified energy, or along the slope."""
-    rows = modified.resolved(found.modified or [], found.band)
-    drift = rows[-1].modified if rows else found.slope * found.duration
-    return replace(found, measured=replace(found.measured, drift=drift))
+    rows = modified.resolved(record.modified or [], record.band)
+    drift = rows[-1].modified if rows else record.slope * record.duration
+    return replace(record, measured=replace(record.measured, drift=drift))

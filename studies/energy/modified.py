@@ -49,12 +49,12 @@ def _rows(
     Another form that the method may keep is sought only if a run seems to drift.
     """
     scale = moving_energy(case.scene) or 1.0
-    found = changes(case.scheme, step, run, steps, states)
-    if found is not None and _seems_to_drift(found.rows(scale)):
-        found = changes(case.scheme, step, run, steps, states, form=True)
-    if found is None:
+    differences = changes(case.scheme, step, run, steps, states)
+    if differences is not None and _seems_to_drift(differences.rows(scale)):
+        differences = changes(case.scheme, step, run, steps, states, form=True)
+    if differences is None:
         return [], 0.0
-    return found.rows(scale), float(np.ptp(found.of_energy)) / scale
+    return differences.rows(scale), float(np.ptp(differences.of_energy)) / scale
 
 
 def _seems_to_drift(rows: Sequence[Change]) -> bool:
@@ -74,7 +74,7 @@ def beside(case: Case) -> list[Beside]:
         return []
     drawn = random.Random(f"{evidence_of(case.scheme).seed} energy")
     start = np.array([float(e) for e in _start(case)])
-    found: list[Beside] = []
+    runs: list[Beside] = []
     for _ in range(PLACES):
         size = np.abs(start)
         parts = (size[: dual.n], size[dual.n :])
@@ -90,8 +90,8 @@ def beside(case: Case) -> list[Beside]:
         except (StepFailure, DiscmechError):
             continue
         if rows:
-            found.append(Beside(place.tolist(), float(step), band, rows))
-    return found
+            runs.append(Beside(place.tolist(), float(step), band, rows))
+    return runs
 
 
 def _start(case: Case) -> list[Any]:

@@ -85,8 +85,8 @@ class Evidence:
         try:
             places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
-            found = order_of(self.whole, places, self.seed, along)
-            return found if self.whole is self.scheme else _named(found)
+            local = order_of(self.whole, places, self.seed, along)
+            return local if self.whole is self.scheme else _named(local)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
 
@@ -147,13 +147,13 @@ class Evidence:
         return worst or None
 
 
-def _named(found: LocalOrder) -> LocalOrder:
+def _named(local: LocalOrder) -> LocalOrder:
     """Return the order with an entry of the attitude named so: it is x, row by row."""
-    if not found.component.startswith("x"):
-        return found
-    size = math.isqrt(len(found.place.x)) if found.place else 1
-    row, column = divmod(int(found.component[2:-1]), size)
-    return replace(found, component=f"the attitude [{row}, {column}]")
+    if not local.component.startswith("x"):
+        return local
+    size = math.isqrt(len(local.place.x)) if local.place else 1
+    row, column = divmod(int(local.component[2:-1]), size)
+    return replace(local, component=f"the attitude [{row}, {column}]")
 
 
 @lru_cache(maxsize=256)

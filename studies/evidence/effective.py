@@ -107,8 +107,8 @@ class _Split:
         letters = {"x": self.s.x, "p": self.s.parameter_list}
         slope = list(jacobian([self.s.lagrangian], self.s.x))
         p = [DOUBLE.number(e) for e in parameters]
-        found = numeric(letters, [slope], DOUBLE, columns=True)(z[:, : self.n].T, p)
-        return np.stack([np.broadcast_to(e, len(z)) for e in found]).astype(float)
+        forces = numeric(letters, [slope], DOUBLE, columns=True)(z[:, : self.n].T, p)
+        return np.stack([np.broadcast_to(e, len(z)) for e in forces]).astype(float)
 
     def mass(self, parameters: Sequence[Any]) -> Any:
         """Return M (n, n) in doubles."""
@@ -188,10 +188,10 @@ class _Processing:
             self._stacked([self._bracket(self._whole, y, 1, j)(z) for z in self.states], j + 1)
             for y in fields
         ]
-        found, left = _fitted(columns, target)
+        coefficients, left = _fitted(columns, target)
         if _norm(left) > LEFT * size + NOTHING:
             return target
-        self.terms += [(j, c, y) for c, y in zip(found, fields, strict=True) if c]
+        self.terms += [(j, c, y) for c, y in zip(coefficients, fields, strict=True) if c]
         return None
 
     def _errors(self, j: int) -> list[Any]:
@@ -209,7 +209,7 @@ class _Processing:
         return rows[0]
 
     def _errors_at(self, flow: Any, j: int) -> list[Any]:
-        around, found = surroundings(self.scheme.scene), []
+        around, errors = surroundings(self.scheme.scene), []
         h = self.numbers.number(flow.step)
         for place, z in zip(self.places, self.states, strict=True):
             x, mu = np.split(self.numbers.public(self._changed(z, h, 1)), [self.n])
@@ -217,8 +217,8 @@ class _Processing:
             end = self._state(run.x[-1], run.mu[-1])
             (exact,) = around.after(place.x, place.u, place.t, [flow.step], self.digits)
             wanted = self._state(exact.x, exact.mu)
-            found.append((self._changed(end, h, -1) - wanted) / h ** (j + 1))
-        return found
+            errors.append((self._changed(end, h, -1) - wanted) / h ** (j + 1))
+        return errors
 
     def _state(self, x: Any, mu: Any) -> Any:
         return np.array([self.numbers.number(e) for e in (*x, *mu)], dtype=object)
@@ -250,10 +250,10 @@ class _Processing:
             d = self.tau**count / 10**APART
             return (field(z + d * v) - field(z - d * v)) / (2 * d)
 
-        def found(z: Any) -> Any:
+        def bracket(z: Any) -> Any:
             return along(other, z, one(z), of_one) - along(one, z, other(z), of_other)
 
-        return found
+        return bracket
 
     def _nested(self, word: str) -> Field:
         """Return [A, [B, … [Y, Z]]] of a word of the letters T and V."""
@@ -319,13 +319,16 @@ class _Processing:
         columns = [self._stacked([y(z) for z in self.states], 3) for y in fields]
         size = _norm(target)
         for used in (2, 3):  # where M is 1 the third column equals the second
-            found, left = _fitted(columns[:used], target)
+            coefficients, left = _fitted(columns[:used], target)
             if _norm(left) <= LEFT * size + NOTHING:
                 break
         else:
             return "", None
         # [f, {T, V}] is the sum of the two brackets, and the third belongs to a force gradient
-        shares = [float(found[1] - found[0]), float(found[2]) if used == 3 else 0.0]
+        shares = [
+            float(coefficients[1] - coefficients[0]),
+            float(coefficients[2]) if used == 3 else 0.0,
+        ]
 
         mass = self.split.mass(self.scheme.scene.parameter_values)
 
@@ -378,11 +381,11 @@ def _fitted(columns: Sequence[Any], target: Any) -> tuple[list[Any], Any]:
             continue
         root = size**0.5
         basis.append((rest / root, {i: c / root for i, c in made.items()}))
-    found: list[Any] = [0] * len(columns)
+    coefficients: list[Any] = [0] * len(columns)
     left = target
     for q, of in basis:
         share = q.dot(left)
         left = left - share * q
         for i, c in of.items():
-            found[i] = found[i] + share * c
-    return found, left
+            coefficients[i] = coefficients[i] + share * c
+    return coefficients, left

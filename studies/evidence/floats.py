@@ -41,13 +41,13 @@ def floats_of(evidence: Evidence, wanted: float) -> Floats:
     evidence: that of the steps, with their order.
     """
     local, scheme = evidence.order, evidence.whole
-    place, found = local.place, _Seen(scheme.rule)
+    place, observer = local.place, _Seen(scheme.rule)
     assert place is not None
     if scheme.rule.method is not None:
         return Floats()
     try:
-        evidence.with_rule(found.rule())
-        values = sorted(found.values)[:MOST]
+        evidence.with_rule(observer.rule())
+        values = sorted(observer.values)[:MOST]
         if not values:
             return Floats()
         step, digits = Fraction(local.step), digits_for(scheme.order or 2)
@@ -55,7 +55,7 @@ def floats_of(evidence: Evidence, wanted: float) -> Floats:
         with mpmath.workdps(digits + GUARD):
             bounds = [mpmath.mpf(0) for _ in own]
             for value in values:
-                moved = end_of(evidence.with_rule(found.rule(value)), place, step, digits)
+                moved = end_of(evidence.with_rule(observer.rule(value)), place, step, digits)
                 for i, (a, b) in enumerate(zip(moved, own, strict=True)):
                     bounds[i] += abs(a - b) * UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
     except (BadInput, StepFailure):
@@ -105,8 +105,8 @@ def _above(
     for power in LONGER:
         first = place.length / 8 * Fraction(10.0**power)
         steps = first, first * Fraction(3, 10)
-        found = orders(order, place, steps, errors, digits, parts, halved=True)
-        if any(_is_low(c, wanted) for c in found):
+        components = orders(order, place, steps, errors, digits, parts, halved=True)
+        if any(_is_low(c, wanted) for c in components):
             return False
     return True
 
@@ -160,10 +160,10 @@ class _Asked:
         self._view, self._changed = view, changed
 
     def __getattr__(self, name: str) -> Any:
-        given = getattr(self._view, name)
+        attribute = getattr(self._view, name)
         if name not in ("f", "H", "dH", "B"):
-            return given
-        return lambda *at: given(*map(self._changed, at))
+            return attribute
+        return lambda *at: attribute(*map(self._changed, at))
 
 
 def _is_float(number: Any) -> bool:

@@ -102,9 +102,9 @@ def _grid_of(column: Vector) -> Grid | None:
     values = np.unique(column[np.isfinite(column) & (column != 0)])
     if len(values) < FEWEST:
         return None
-    found = {grid: grid.chance(values) for grid in _candidates(values)}
-    grid = min(found, key=lambda each: found[each], default=None)  # the first of equal ones
-    if grid is None or found[grid] > CHANCE:
+    chances = {grid: grid.chance(values) for grid in _candidates(values)}
+    grid = min(chances, key=lambda each: chances[each], default=None)  # the first of equal ones
+    if grid is None or chances[grid] > CHANCE:
         return None
     if grid.base == 2 and not grid.relative and not grid.unit and (values == single(values)).all():
         largest = np.spacing(np.float32(np.abs(values).max()))

@@ -144,13 +144,13 @@ class MadeAgain(Law):
         flow: Any = scheme.flow(step, 16)
         parts = [np.array([float(e) for e in part]) for part in (place.x, place.mu)]
         scale = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0) for e in parts])
-        found = repeated(flow, np.concatenate(parts), scale, STEPS, place.t)
+        repeat = repeated(flow, np.concatenate(parts), scale, STEPS, place.t)
         limit = MADE_AGAIN * scheme.rule.unit(16)
         if getattr(scheme.rule, "runs", False):
-            if found.error is None:
+            if repeat.error is None:
                 return Departure(unknown="the motion is not known, and rows may be interpolated.")
-            limit += OF_ORDER["rows: interpolated"] * found.error
-        return Departure(found.gap, limit)
+            limit += OF_ORDER["rows: interpolated"] * repeat.error
+        return Departure(repeat.gap, limit)
 
 
 class ArrowVelocity(Law):

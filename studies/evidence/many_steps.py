@@ -69,7 +69,7 @@ class ManySteps:
 
     def _made(self, states: Matrix, back: int) -> Matrix:
         """Return the ends of steps from the states; of a size that the first refuses, nan."""
-        scheme, found = self.scheme, np.full(states.shape, np.nan)
+        scheme, ends = self.scheme, np.full(states.shape, np.nan)
 
         def of_row(i: int, size: Fraction) -> Map:
             time = self.times[i] + back * size if scheme.scene.timed else 0
@@ -85,10 +85,10 @@ class ManySteps:
                 of_row(rows[0], size)(states[rows[0]])
                 for part in rows[:, None] if scheme.scene.timed else [rows]:
                     f = guarded(of_row(part[0], size), states.shape[1])
-                    found[part] = images(f, states[part])
+                    ends[part] = images(f, states[part])
             except DiscmechError:
                 continue
-        return found
+        return ends
 
     def changes(self, of: Rows) -> Vector:
         """Return the change of a quantity by each step, over its terms, (r,)."""
@@ -106,13 +106,13 @@ class ManySteps:
         """Return the starts of the steps with the largest gaps (r,) beyond the limit, as places."""
         gaps, n = np.nan_to_num(gaps), self.scheme.s.n
         parts = self.starts[:, :n], self.starts[:, n:], self.velocities
-        found = []
+        places = []
         for k in map(int, np.argsort(-gaps)[:LOOKED_AT]):
             if gaps[k] > limit:
                 x, mu, u = (tuple(map(mpmath.mpf, part[k])) for part in parts)
                 step = self.sizes[self.which[k]]
-                found.append(Place(x, mu, u, self.times[k], step, abs(step), k % BESIDE == 0))
-        return found
+                places.append(Place(x, mu, u, self.times[k], step, abs(step), k % BESIDE == 0))
+        return places
 
 
 @lru_cache(maxsize=8)

@@ -31,10 +31,10 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
         return None
     if case.rule.is_recorded:
         runs: Any = case.scheme
-        found = of_rows(runs)
+        record = of_rows(runs)
         by_row = {law.name: energy_by_row(runs, ROUNDINGS) for law in laws
                   if law in ENERGY.values()}  # fmt: skip
-        return replace(found or SingleSteps(), laws=by_row) if by_row else found
+        return replace(record or SingleSteps(), laws=by_row) if by_row else record
     try:
         scheme = system_of(case).single_steps()
         if scheme is None:

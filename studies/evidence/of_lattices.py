@@ -130,10 +130,10 @@ def part_of(lattice: Lattice, sites: Sequence[int]) -> Lattice:
         raise ReferenceFailure(f"{lattice.name}: its arrays are those of sites and of bonds.")
     bonds = np.array([[number[i] for i in lattice.pairs[b].tolist()] if taken[b]
                       else [fixed[0], fixed[-1]] for b in links])  # fmt: skip
-    given = {**parts["shared"], **{k: a[own] for k, a in parts["site"].items()},
-             **{k: a[links] for k, a in parts["bond"].items()}}  # fmt: skip
+    parameters = {**parts["shared"], **{k: a[own] for k, a in parts["site"].items()},
+                  **{k: a[links] for k, a in parts["bond"].items()}}  # fmt: skip
     return replace(
-        lattice, sites=len(own), bonds=bonds, parameters=given, x0=x0[own], v0=v0[own],
+        lattice, sites=len(own), bonds=bonds, parameters=parameters, x0=x0[own], v0=v0[own],
         fixed=fixed, fixed_ends=False,
     )  # fmt: skip
 
@@ -207,36 +207,38 @@ class LatticeEvidence(Evidence):
         It is `order.local_order`, with the extrapolated step as the exact one.
         """
         missed: StepFailure | None = None
-        found: list[ComponentOrder] = []
+        components: list[ComponentOrder] = []
         shown: tuple[Fraction, ...] = ()
         for place in self.places:
             try:
-                if len(found) >= PLACES * self.count:
-                    if self.unlike(place, shown, found):
-                        found += self.orders_at(place, shown)
+                if len(components) >= PLACES * self.count:
+                    if self.unlike(place, shown, components):
+                        components += self.orders_at(place, shown)
                     continue
                 for longest in self.longest:
                     pair = self.drawn_steps(longest)
                     here = self.orders_at(place, pair)
                     if any(c.order is not None for c in here):
                         break
-                found, shown = found + here, shown or pair
+                components, shown = components + here, shown or pair
             except StepFailure as failure:
                 missed = failure
-        if not found:
+        if not components:
             return unknown(" ".join(str(missed).split()), refused=True)
-        seen = [c for c in found if c.order is not None]
+        seen = [c for c in components if c.order is not None]
         if not seen:
-            return LocalOrder(None, "", float(shown[0]), components=tuple(found))
+            return LocalOrder(None, "", float(shown[0]), components=tuple(components))
         lowest = min(seen, key=lambda c: c.order or 0.0)
-        return LocalOrder(lowest.order, lowest.name, float(shown[0]), lowest.place, tuple(found))
+        return LocalOrder(
+            lowest.order, lowest.name, float(shown[0]), lowest.place, tuple(components)
+        )
 
     def departure(self, law: Law) -> Departure:
         """Return the largest departure from a law; a run is asked for all but the arrow."""
         if law is not ARROW:
             return Departure(unknown="it is asked of a lattice's run.")
-        found = map(self.arrow, self.places[:PLACES])
-        return max(found, key=lambda one: np.nan_to_num(one.size or 0, nan=np.inf))
+        departures = map(self.arrow, self.places[:PLACES])
+        return max(departures, key=lambda one: np.nan_to_num(one.size or 0, nan=np.inf))
 
     def arrow(self, place: SitesPlace) -> Departure:
         """Return how far u of a step to 0 is from that of the exact one (`laws.ArrowVelocity`)."""
@@ -281,7 +283,7 @@ class LatticeEvidence(Evidence):
         rows = np.hstack([np.array(e, dtype=float).reshape(count, -1) for e in (run.x, run.mu)])
         rough = highest([] if tied else peaks_of(rows, Fraction(run.step), 2.0**-53), ROUGH)
         drawn[PLACES:PLACES] = [int(peak.time / run.step) for peak in rough]
-        found, length = list[SitesPlace](), 8 * Fraction(self.lattice.step)
+        places, length = list[SitesPlace](), 8 * Fraction(self.lattice.step)
         for place, k in enumerate(drawn):
             x, mu = run.x[k], run.mu[k]
             if place < PLACES - 1 and not tied:
@@ -289,8 +291,8 @@ class LatticeEvidence(Evidence):
                 if self.lattice.groupoid.canonical:
                     x = self._beside(x, of_x, share)
                 mu = self._beside(mu, of_mu, share)
-            found.append(SitesPlace(x, mu, Fraction(run.step) * k, length))
-        return found
+            places.append(SitesPlace(x, mu, Fraction(run.step) * k, length))
+        return places
 
     def _smooth(self) -> Any:
         """Return a run of many short steps, of the rule that is judged where it makes them."""
@@ -322,11 +324,11 @@ class LatticeEvidence(Evidence):
         return orders(self.expected, place, steps, errors, self.digits)
 
     def unlike(
-        self, place: SitesPlace, steps: Sequence[Fraction], found: Sequence[ComponentOrder]
+        self, place: SitesPlace, steps: Sequence[Fraction], components: Sequence[ComponentOrder]
     ) -> bool:
         """Return True if a step from a place has an error far above those of its component."""
         known: dict[str, Any] = {}
-        for c in found:
+        for c in components:
             known[c.name] = max(c.error, known.get(c.name, 0))
         return any(abs(error) > UNLIKE * max(known[name], CLEAR * bound)
                    for name, error, bound in self.errors(place, steps[0]))  # fmt: skip

@@ -62,7 +62,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     Numbers on a grid of the program's own have a floor that is no error of its method, if this
     grid and the expected order explain all errors.
     """
-    found: list[ComponentOrder] = []
+    components: list[ComponentOrder] = []
     drawn, expected = random.Random(seed), scheme.order or 1
     shown, sunk = 0.0, True
     # a rule with memory starts in its own way, and has its order over a time, not in a step
@@ -96,10 +96,10 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                 order, constant = float(powers.first), abs(powers.factor)
             shown = shown or step
             order = None if order is None else order - power
-            found.append(ComponentOrder(name, order, constant, look.place))
+            components.append(ComponentOrder(name, order, constant, look.place))
             sunk = sunk and bool(errors[-1] <= CLEAR_OF_PROGRAM * left[-1])
     floor = max(of_grids, key=lambda each: each.share, default=None)
-    seen = [c for c in found if c.order is not None]
+    seen = [c for c in components if c.order is not None]
     if hidden and not any((c.order or expected) < expected - NEAR for c in seen):
         name, powers = max(hidden, key=lambda pair: pair[1].hidden or 0.0)
         why = f"the error of a step in {name} is no sum of powers of the step from "
@@ -107,13 +107,13 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
         why += "; to settle it, compute all in double precision, and iterate until nothing changes"
         return replace(unknown(why), floor=floor)
     if not seen and sunk and floor is None:
-        return LocalOrder(None, "", 0.0, components=tuple(found), sunk=True)
+        return LocalOrder(None, "", 0.0, components=tuple(components), sunk=True)
     if not seen:
         why = "the error of a step settles to no power of it above round-off"
         return replace(unknown(why), floor=floor)
     lowest = min(seen, key=lambda c: c.order or 0.0)
     return LocalOrder(
-        lowest.order, lowest.name, shown, lowest.place, tuple(found), floor=floor
+        lowest.order, lowest.name, shown, lowest.place, tuple(components), floor=floor
     )  # fmt: skip
 
 
@@ -248,8 +248,8 @@ def order_of(
     try:
         if not scheme.rule.runs_at(digits_for(scheme.order or 2)):
             return of_program(scheme, places, seed)
-        found = local_order(scheme, places, seed, along)
-        return found if scheme.rule.is_formula else _lower_in_doubles(scheme, places, seed, found)
+        local = local_order(scheme, places, seed, along)
+        return local if scheme.rule.is_formula else _lower_in_doubles(scheme, places, seed, local)
     except Displaced:
         raise
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
@@ -258,13 +258,13 @@ def order_of(
 
 
 def _lower_in_doubles(
-    scheme: Scheme, places: Sequence[Place], seed: int, found: LocalOrder
+    scheme: Scheme, places: Sequence[Place], seed: int, local: LocalOrder
 ) -> LocalOrder:
     """Return the order in more digits, or that in doubles where a component's is below both.
 
     Doubles that no order explains leave it unknown, as those of a program in doubles alone.
     """
-    least = min(scheme.order or 1, scheme.order or 1 if found.order is None else found.order)
+    least = min(scheme.order or 1, scheme.order or 1 if local.order is None else local.order)
     in_doubles = of_program(scheme, places, seed)
     if in_doubles.unknown:
         return in_doubles
@@ -275,7 +275,7 @@ def _lower_in_doubles(
     ]
     lowest = min(low, key=lambda c: c.order or 0.0, default=None)
     if lowest is None:
-        return found
-    return replace(found, order=lowest.order, component=f"{lowest.name} in double precision",
+        return local
+    return replace(local, order=lowest.order, component=f"{lowest.name} in double precision",
                    step=float(lowest.place.length), place=lowest.place,
-                   components=(*found.components, lowest))  # fmt: skip
+                   components=(*local.components, lowest))  # fmt: skip

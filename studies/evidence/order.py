@@ -118,7 +118,7 @@ def local_order(
     drawn = random.Random(seed)
     expected = scheme.order or 2
     digits = digits_for(expected)
-    found: list[ComponentOrder] = []
+    components: list[ComponentOrder] = []
     pending = list(places)
     shown: Sequence[Flow] = ()
     missed: StepFailure | None = None
@@ -139,26 +139,28 @@ def local_order(
             if not here or (all(c.order is None for c in here) and part != SMALL[-1]):
                 left.append(place)
             else:
-                found += here
+                components += here
                 shown = shown or flows
         pending = left
         if not pending:
             break
-    if not found and missed is not None:
+    if not components and missed is not None:
         raise missed
     for place in along:
-        if _unlike(scheme, place, shown[0], found, digits):
-            found += at_place(scheme, place, shown, digits)
-    seen = [c for c in found if c.order is not None]
+        if _unlike(scheme, place, shown[0], components, digits):
+            components += at_place(scheme, place, shown, digits)
+    seen = [c for c in components if c.order is not None]
     if not seen:
-        return LocalOrder(None, "", float(shown[0].step), components=tuple(found))
+        return LocalOrder(None, "", float(shown[0].step), components=tuple(components))
     lowest = min(seen, key=lambda c: c.order or 0.0)
     assert lowest.order is not None
-    return LocalOrder(lowest.order, lowest.name, float(shown[0].step), lowest.place, tuple(found))
+    return LocalOrder(
+        lowest.order, lowest.name, float(shown[0].step), lowest.place, tuple(components)
+    )
 
 
 def _unlike(
-    scheme: Scheme, place: Place, flow: Flow, found: Sequence[ComponentOrder], digits: int
+    scheme: Scheme, place: Place, flow: Flow, components: Sequence[ComponentOrder], digits: int
 ) -> bool:
     """True if a step from a place has an error far above those found in that component."""
     (end,) = surroundings(scheme.scene).after(
@@ -169,7 +171,7 @@ def _unlike(
         rows = zip(names_of(end), [*run.x[-1], *run.mu[-1]], [*end.x, *end.mu],
                    [*place.x, *place.mu], strict=True)  # fmt: skip
         for name, got, wanted, start in rows:
-            known = max((c.error for c in found if c.name == name), default=0)
+            known = max((c.error for c in components if c.name == name), default=0)
             least = (abs(start) + abs(wanted - start)) * mpmath.mpf(10) ** (6 - digits)
             if abs(mpmath.mpf(got) - wanted) > UNLIKE * max(known, least):
                 return True
@@ -246,7 +248,7 @@ def orders(
     shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
     both = errors(steps)
-    found = []
+    components = []
     with mpmath.workdps(digits + GUARD):
         ratio = mpmath.log(mpmath.mpf(steps[0].numerator) / steps[0].denominator
                            * steps[1].denominator / steps[1].numerator)  # fmt: skip
@@ -255,15 +257,15 @@ def orders(
             large, small = abs(large), abs(small)
             also = part * steps[1].numerator / steps[1].denominator
             if not small > CLEAR * max(left, also):
-                found.append(ComponentOrder(name, None, None, place, large))
+                components.append(ComponentOrder(name, None, None, place, large))
                 continue
             order = float(mpmath.log(large / small) / ratio) - 1
             size = float(mpmath.log10(large) - (order + 1) * mpmath.log10(steps[0]))
-            found.append(
+            components.append(
                 ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place, large)
             )
-    if halved or not any(map(partial(_is_mixed, expected), found)):
-        return found
+    if halved or not any(map(partial(_is_mixed, expected), components)):
+        return components
     with mpmath.workdps(digits + GUARD):
         between = Fraction(math.exp(-float(ratio) / 2)) * steps[0]
     first = between
@@ -272,13 +274,13 @@ def orders(
         nearer = orders(expected, place, (first, last), errors, digits, unclear, halved=True)
         # only orders that are too low here too are replaced: shorter steps find no order that was
         # not there
-        found = [replace(b, error=a.error)
-                 if _is_mixed(expected, a) and _is_low(expected, b) else a
-                 for a, b in zip(found, nearer, strict=True)]  # fmt: skip
-        if not any(map(partial(_is_mixed, expected), found)):
+        components = [replace(b, error=a.error)
+                      if _is_mixed(expected, a) and _is_low(expected, b) else a
+                      for a, b in zip(components, nearer, strict=True)]  # fmt: skip
+        if not any(map(partial(_is_mixed, expected), components)):
             break
         first = last
-    return found
+    return components
 
 
 def _is_low(expected: int, component: ComponentOrder) -> bool:
@@ -304,8 +306,8 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
         x, mu = flow.context.vectors(s.with_time(place.x, place.t), place.mu)
         near = flow.context.vector(place.u, len(mu))
         *_, bound = round_off_from(flow.context, x, mu, near)
-        found = list(flow.numbers.public(bound * flow.numbers.eps))
-    return found[: len(place.x)] + found[len(x) :]  # without the time, where it is a component
+        bounds = list(flow.numbers.public(bound * flow.numbers.eps))
+    return bounds[: len(place.x)] + bounds[len(x) :]  # without the time, where it is a component
 
 
 def unknown(why: str, refused: bool = False) -> LocalOrder:

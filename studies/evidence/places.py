@@ -74,10 +74,10 @@ class Place:
     @property
     def start(self) -> dict[str, Any]:
         """Return the place as arguments of `Flow.trajectory`."""
-        found: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
+        arguments: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
         if self.u == self.mu:
-            del found["u0"]
-        return {**found, "t0": self.t} if self.t else found
+            del arguments["u0"]
+        return {**arguments, "t0": self.t} if self.t else arguments
 
     def __str__(self) -> str:
         parts = [", ".join(f"{float(e):.4g}" for e in part) for part in (self.x, self.mu)]
@@ -117,13 +117,13 @@ def places_of(scheme: Scheme, seed: int) -> list[Place]:
     drawn, motion = random.Random(seed), _motion(scheme.scene)
     shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + BESIDE)]
     at = [drawn.randrange(len(motion.states)) for _ in shares]
-    found = list(_drawn(scheme, drawn, at, shares))
-    if not found:
+    places = list(_drawn(scheme, drawn, at, shares))
+    if not places:
         raise reference.ReferenceFailure(
             f"scene {scheme.scene.name}: no state around its motion has a series; its equations "
             "are singular there"
         )
-    return found
+    return places
 
 
 def places_along(scheme: Scheme, seed: int) -> list[Place]:
@@ -147,7 +147,7 @@ def places_on(scheme: Scheme, seed: int) -> list[Place]:
     drawn, around = random.Random(seed + 3), surroundings(scheme.scene)
     states = _motion(scheme.scene).states
     wanted = {int((k + drawn.random()) / EXACT * len(states)) for k in range(EXACT)}
-    (t, x, v), found = states[0], list[Place]()
+    (t, x, v), places = states[0], list[Place]()
     for k, (after, *_) in enumerate(states[: max(wanted) + 1]):
         if after > t:
             (end,) = around.after(x, v, t, [after - t], OF_EXACT)
@@ -155,8 +155,8 @@ def places_on(scheme: Scheme, seed: int) -> list[Place]:
         if k in wanted:
             mu = around.momentum(x, v, t, OF_EXACT)
             length = around.length(x, v, t) or Fraction(scheme.scene.step)
-            found.append(Place(tuple(x), tuple(mu), tuple(v or mu), t, length, length, False))
-    return found
+            places.append(Place(tuple(x), tuple(mu), tuple(v or mu), t, length, length, False))
+    return places
 
 
 def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
@@ -165,7 +165,7 @@ def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
     A time at which the motion has no series is left out.
     """
     around, states = surroundings(scheme.scene), _on_orbit(scheme.s, scheme.scene)
-    drawn, found = random.Random(str(times)), list[Place]()
+    drawn, places = random.Random(str(times)), list[Place]()
     for time in times:
         t, x, v = min(states, key=lambda state: abs(state[0] - time))
         if time != t:
@@ -175,8 +175,8 @@ def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
                 continue
             x, v = end.x, end.v
         place = _place(scheme, drawn, (time, x, v), 0.0, None, around)
-        found += [] if place is None else [place]
-    return found
+        places += [] if place is None else [place]
+    return places
 
 
 def _drawn(
@@ -239,7 +239,7 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
     states = _motion(scene).states
     if s.groupoid.canonical or not len(states[0][1]):
         return states
-    numbers, found = arithmetic(DIGITS), []
+    numbers, points = arithmetic(DIGITS), []
     with numbers.working():
         target, anchor, _ = _functions(s)
         p = [numbers.number(e) for e in scene.parameter_values]
@@ -250,8 +250,8 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
                 rho, left = (part.astype(float) for part in (anchor(at, p), wanted - at))
                 w = np.linalg.lstsq(rho, left)[0]
                 at = target(at, np.array([numbers.number(float(e)) for e in w], dtype=object), p)
-            found.append((t, list(numbers.public(at)), v))
-    return found
+            points.append((t, list(numbers.public(at)), v))
+    return points
 
 
 def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction) -> list[Any]:
@@ -365,7 +365,7 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
 def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
     """Return b(x, w; 1), ρ̂(x), and (φ, A, a) at (x, t) or None, as functions of x, w, p."""
     numbers = arithmetic(DIGITS)
-    given = {"x": s.position, "p": s.parameter_list}
+    letters = {"x": s.position, "p": s.parameter_list}
     groupoid = getattr(s.groupoid, "inner", s.groupoid) if s.clocked else s.groupoid
     one = 1
 
@@ -374,12 +374,12 @@ def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
 
     target = numeric({"x": s.position, "w": s.u, "p": s.parameter_list},
                      [list(plain(groupoid.target(s.position, s.u, s.h)))], numbers)  # fmt: skip
-    anchor = numeric(given, [plain(groupoid.rho(s.position, s.h))], numbers)
+    anchor = numeric(letters, [plain(groupoid.rho(s.position, s.h))], numbers)
     rows = None
     if s.constraints:
         parts = [f(s, s.x) for f in (constraint, constraint_matrix, constraint_shift)]
-        found = [list(parts[0]), plain(parts[1]), list(parts[2])]
-        rows = numeric({**given, "x": s.x}, found, numbers)
+        entries = [list(parts[0]), plain(parts[1]), list(parts[2])]
+        rows = numeric({**letters, "x": s.x}, entries, numbers)
     return target, anchor, rows
 
 
@@ -395,11 +395,11 @@ def is_linear(s: SceneSymbols) -> bool:
 def is_quadratic(s: SceneSymbols) -> bool:
     """True if L (or H) is a quadratic polynomial, and a force a linear one."""
     H = s.hamiltonian
-    given, letters = (s.lagrangian, [*s.position, *s.u]) if H is None else (
+    function, letters = (s.lagrangian, [*s.position, *s.u]) if H is None else (
         H, [*s.position, *s.mu])  # fmt: skip
     force = list(s.force) if s.forced else []
     try:
-        degrees = [sympy.Poly(e, *letters).total_degree() for e in (given, *force)]
+        degrees = [sympy.Poly(e, *letters).total_degree() for e in (function, *force)]
     except sympy.PolynomialError:
         return False
     return degrees[0] <= 2 and all(d <= 1 for d in degrees[1:])

@@ -63,5 +63,5 @@ def _rest(x: Vector, y: Vector, weight: Vector, powers: list[int]) -> tuple[floa
     """Return (the largest error beside a sum of powers, over its weight; the first factor)."""
     columns = np.array([x**k for k in powers]).T / weight[:, None]
     sizes = np.abs(columns).max(axis=0)
-    found = np.linalg.lstsq(columns / sizes, y / weight)[0]
-    return float(np.abs(columns / sizes @ found - y / weight).max()), float(found[0] / sizes[0])
+    factors = np.linalg.lstsq(columns / sizes, y / weight)[0]
+    return float(np.abs(columns / sizes @ factors - y / weight).max()), float(factors[0] / sizes[0])

@@ -218,16 +218,16 @@ def _lengths(scheme: RecordedScheme) -> tuple[np.ndarray, np.ndarray]:
     if scheme.scene.in_numbers:
         return times, np.zeros(len(at))
     around, v = surroundings(scheme.scene), velocities(scheme, run)
-    found = []
+    lengths = []
     for k, t in zip(at, times, strict=True):
         x, u = ([mpmath.mpf(float(e)) for e in part[k]] for part in (run.x, v))
         try:
             length = around.length(x, u, Fraction(t))
         except ReferenceFailure:
-            found.append(0.0)
+            lengths.append(0.0)
             continue
-        found.append(math.inf if length is None else float(length))
-    return times, np.array(found)
+        lengths.append(math.inf if length is None else float(length))
+    return times, np.array(lengths)
 
 
 def _short(lengths: tuple[np.ndarray, np.ndarray], at: np.ndarray, span: float) -> np.ndarray:
@@ -293,8 +293,8 @@ def _power(coarse: Defects, fine: Defects) -> float | None:
 
 def _row_of(coarse: Defects, times: np.ndarray) -> np.ndarray:
     """Return the defect of the coarse run within which each time lies."""
-    found = np.searchsorted(coarse.at, times + 1e-6 * coarse.span, side="right") - 1
-    return np.clip(found, 0, len(coarse.at) - 1)
+    rows = np.searchsorted(coarse.at, times + 1e-6 * coarse.span, side="right") - 1
+    return np.clip(rows, 0, len(coarse.at) - 1)
 
 
 def _beside(

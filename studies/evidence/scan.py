@@ -66,13 +66,13 @@ def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
     """
     steps = steps_of(scheme)
     most = max(FEWEST, MOST // costs_of(scheme)) if scheme.rule.is_formula else FEWEST
-    found, why = list[Peak](), ""
+    all_peaks, why = list[Peak](), ""
     for count in (steps, steps // LONGER):
         try:
-            found += _of_run(scheme, count)
+            all_peaks += _of_run(scheme, count)
         except DiscmechError as failure:
             why = why or f"of {count} steps: {' '.join(str(failure).split())}"
-    return [peak.time for peak in highest(found, most)], why
+    return [peak.time for peak in highest(all_peaks, most)], why
 
 
 def highest(peaks: Iterable[Peak], most: int) -> list[Peak]:

@@ -164,9 +164,9 @@ def _truth(scene: Scene, end: Fraction) -> State | None:
 
 def _certified(scene: Scene, end: Fraction) -> State | None:
     try:
-        found = reference.solution(scene, end, digits=15, proof=False)
+        solution = reference.solution(scene, end, digits=15, proof=False)
     except reference.ReferenceFailure:
         return None
-    if found.certain_digits < 12:
+    if solution.certain_digits < 12:
         return None
-    return np.array([*map(float, found.x)]), np.array([*map(float, found.mu)])
+    return np.array([*map(float, solution.x)]), np.array([*map(float, solution.mu)])

@@ -14,36 +14,36 @@ WORDS = {"wrong, noticed": "wrong, and it shows", "wrong, silent": "wrong, and n
 SHOWS = {"smaller steps": "smaller steps end elsewhere", "energy": "the energy is off"}
 
 
-def outcome(found: Found | None) -> str:
+def outcome(record: Found | None) -> str:
     """Return the outcome of a run at an extreme, and the sign of its failure."""
-    if found is None:
+    if record is None:
         return NONE
-    said = _said(found)
-    if found.error is not None:
-        said += f", error {scientific(found.error)}"
-    if found.noticed not in (None, "", "nothing") and not found.message:
-        said += f" ({SHOWS.get(str(found.noticed), found.noticed)})"
-    return f"{said}: {found.message}" if found.message else said
+    said = _said(record)
+    if record.error is not None:
+        said += f", error {scientific(record.error)}"
+    if record.noticed not in (None, "", "nothing") and not record.message:
+        said += f" ({SHOWS.get(str(record.noticed), record.noticed)})"
+    return f"{said}: {record.message}" if record.message else said
 
 
-def _said(found: Found) -> str:
-    word = found.outcome or NONE
+def _said(record: Found) -> str:
+    word = record.outcome or NONE
     return WORDS.get(word, word)
 
 
 def _runs(case: Case) -> list[tuple[str, str, Found]]:
     parts = (("fine", "short steps"), ("coarse", "long steps"))
-    found = [(name, words, getattr(case.measured, name)) for name, words in parts]
-    return [run for run in found if run[2] is not None]
+    runs = [(name, words, getattr(case.measured, name)) for name, words in parts]
+    return [run for run in runs if run[2] is not None]
 
 
 def _outcomes(case: Case) -> str:
-    return "; ".join(f"{name}: {outcome(found)}" for name, _, found in _runs(case))
+    return "; ".join(f"{name}: {outcome(record)}" for name, _, record in _runs(case))
 
 
 def _short(case: Case) -> str:
     """Return a short outcome such as "short steps: right; long steps: wrong, and it shows"."""
-    return "; ".join(f"{words}: {_said(found)}" for _, words, found in _runs(case))
+    return "; ".join(f"{words}: {_said(record)}" for _, words, record in _runs(case))
 
 
 VIEW = View(

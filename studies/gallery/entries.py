@@ -67,14 +67,14 @@ def chosen(names: Sequence[str]) -> list[Entry]:
 
     Raises `BadInput` for another name.
     """
-    found: dict[str, Entry] = {}
+    entries: dict[str, Entry] = {}
     for name in names or ENTRIES:
         here = [e for e in ENTRIES.values() if name in (e.name, e.package, e.module)]
         if not here:
             packages = dict.fromkeys(e.package for e in ENTRIES.values())
             raise unknown("method of the gallery", name, (*packages, *ENTRIES))
-        found |= {entry.name: entry for entry in here}
-    return list(found.values())
+        entries |= {entry.name: entry for entry in here}
+    return list(entries.values())
 
 
 _SCIPY = "https://docs.scipy.org/doc/scipy/reference/generated/scipy.integrate"

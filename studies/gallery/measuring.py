@@ -34,7 +34,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
     sentence for each denied claim; untold: one for each undecided claim.
     """
     box, scene = entry.box, scenes.get(entry.scene)
-    found: dict[str, Any] = {}
+    studies: dict[str, Any] = {}
     differs, untold = [], []
     for name, claim in ASKED.items():
         study = every_study()[name]
@@ -43,8 +43,8 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
         if name == "momentum" and not scene.symmetries:
             continue
         result = run_case(study, case, progress, causes=False)
-        found[name] = {"verdict": result.verdict, "reason": result.reason,
-                       "measured": result.figures}  # fmt: skip
+        studies[name] = {"verdict": result.verdict, "reason": result.reason,
+                         "measured": result.figures}  # fmt: skip
         if name == "energy" and entry.claims.get("symplectic"):
             claim = "symplectic"
         failed, order = result.verdict == "fail", result.figures.get("order")
@@ -54,7 +54,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
             differs.append(result.reason)
         elif entry.claims.get(claim) and result.verdict == "inconclusive":
             untold.append(result.reason)
-    band = found["energy"]["measured"].get("band")
+    band = studies["energy"]["measured"].get("band")
     if entry.exact and not (band is not None and band <= EXACT):
         differs.append(f"the energy is not kept exactly: its error has a band of {band:.1e}.")
     return {
@@ -62,7 +62,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
         "version": entry.version, "claim": entry.claim, "place": entry.place, "note": entry.note,
         "own_steps": entry.own_steps,
         "claims": {key: value for key, value in entry.claims.items() if key != "state"},
-        "studies": found, "seconds": _seconds(entry, box, scene), "differs": differs,
+        "studies": studies, "seconds": _seconds(entry, box, scene), "differs": differs,
         "untold": untold,
     }  # fmt: skip
 

@@ -69,8 +69,8 @@ def defects(flow: Any, run: Trajectory) -> dict[str, float]:
     impulses, phi = impulses_of(flow, run), gaps.phi(run.x)
     hard = abs(impulses).max() or 1.0
     open_by = np.minimum(phi[:-1], phi[1:])
-    found = run.impacts
-    fast, missed, ways = abs(found.approach).max(initial=0.0), 0.0, list[Any]()
+    impacts = run.impacts
+    fast, missed, ways = abs(impacts.approach).max(initial=0.0), 0.0, list[Any]()
     times = run.t if flow.scheme.timed else [()] * len(run.t)
     for k, (x, mu, t) in enumerate(zip(run.x, run.mu, times, strict=True)):
         x = np.append(x, t)
@@ -84,17 +84,17 @@ def defects(flow: Any, run: Trajectory) -> dict[str, float]:
     wide = np.maximum.accumulate(ways)
     wide[wide == 0] = 1.0
     inside = (-phi / wide).max(initial=0.0)
-    held = impulses[:-1] * open_by / (hard * wide[:-1])
+    products = impulses[:-1] * open_by / (hard * wide[:-1])
     return {
         "penetration": float(inside),
         "pull": float(max(0.0, -impulses.min()) / hard),
-        "complementarity": float(held.max(initial=0.0)),
-        "restitution": float(abs(found.rebound + e * found.approach).max(initial=0.0) / fast),
+        "complementarity": float(products.max(initial=0.0)),
+        "restitution": float(abs(impacts.rebound + e * impacts.approach).max(initial=0.0) / fast),
         "missed": float(missed / fast),
     }
 
 
 def impulses_of(flow: Any, run: Trajectory) -> np.ndarray:
     """Return the impulses of all gaps that move, (r, gaps)."""
-    found: np.ndarray = flow.gaps.listed(site=run.impulses, bond=run.bond_impulses)
-    return found
+    impulses: np.ndarray = flow.gaps.listed(site=run.impulses, bond=run.bond_impulses)
+    return impulses

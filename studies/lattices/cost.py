@@ -91,12 +91,12 @@ def slopes(rows: list[dict[str, Any]]) -> dict[str, float | None]:
 
     None where a clock of coarse ticks shows a time of 0.
     """
-    found: dict[str, float | None] = {}
+    powers: dict[str, float | None] = {}
     for name, key, least in (("time", "nanoseconds", 0), ("memory", "bytes", LARGE // 2)):
         sizes = [(r["sites"], r[key] * r["sites"]) for r in rows if r["sites"] >= least]
         seen = all(of > 0 for _, of in sizes)
-        found[name] = fit_line(*np.log(np.array(sizes)).T).slope if seen else None
-    return found
+        powers[name] = fit_line(*np.log(np.array(sizes)).T).slope if seen else None
+    return powers
 
 
 def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:

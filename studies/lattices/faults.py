@@ -72,16 +72,16 @@ class RungeKuttaStep:
 
     def _forces(self, x: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return forces and their slopes of sites, (N, 1) and (N, 1, 1), and of bonds, (B, 2), …"""
-        found = []
+        pairs = []
         for f, p, ends in self.maps:
             force, slope = of_all(f, len(ends), *at_ends(ends, x), p)
-            found.append((force[:, 0].T, np.moveaxis(slope, 2, 0)))
-        return found
+            pairs.append((force[:, 0].T, np.moveaxis(slope, 2, 0)))
+        return pairs
 
     def _at_sites(self, ties: np.ndarray) -> np.ndarray:
-        found = np.zeros((self.lattice.sites, 1))
-        np.add.at(found, self.lattice.pairs, ties[:, :, None])
-        return found
+        sums = np.zeros((self.lattice.sites, 1))
+        np.add.at(sums, self.lattice.pairs, ties[:, :, None])
+        return sums
 
     def _varied(self, variation: Covector) -> tuple[list[Any], list[Any], list[Any]]:
         """Return rates of a variation, its x, and the forces of bonds on it, at each stage."""

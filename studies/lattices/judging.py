@@ -27,22 +27,22 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     Times are not judged. A control has to show a thousandfold in all its measurements.
     """
-    found, allowed = decoded(Measured, measurement.measured), limit(16)
+    record, allowed = decoded(Measured, measurement.measured), limit(16)
     if case.control is not None:
         wanted = OF_FORMS["control"] * allowed
-        defects = {name: getattr(found, name) for name in SEEN[case.control]}
+        defects = {name: getattr(record, name) for name in SEEN[case.control]}
         missed = [k for k, v in defects.items() if v is None or not v >= wanted]
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
         return Verdict("fail" if missed else "pass", said if missed else "",
                        {"at_least": OF_FORMS["control"] * allowed})  # fmt: skip
-    verdict = _judge_contact(case, found) if found.contact else _of_laws(case, found, allowed)
+    verdict = _judge_contact(case, record) if record.contact else _of_laws(case, record, allowed)
     return single_steps.judge(
-        found.local, verdict, wanted=case.order, asks_order=True, what="the lattice"
+        record.local, verdict, wanted=case.order, asks_order=True, what="the lattice"
     )
 
 
-def _of_laws(case: Case, found: Measured, allowed: float) -> Verdict:
-    tolerance, order = of_orders(16), found.space_order
+def _of_laws(case: Case, record: Measured, allowed: float) -> Verdict:
+    tolerance, order = of_orders(16), record.space_order
     expected: dict[str, Any] = {"limit": allowed}
     residual = expected["residual"] = limits(16)["residual"]
     for name, words, most in (
@@ -52,7 +52,7 @@ def _of_laws(case: Case, found: Measured, allowed: float) -> Verdict:
         ("bond", "one end of a bond gains what the other does not lose", allowed),
         ("patch", "of the energy that enters a patch of the lattice some is lost there", allowed),
     ):
-        value = getattr(found, name)
+        value = getattr(record, name)
         if value is not None and not value <= most:
             return Verdict("fail", f"{words}: {name} is {value:.2g}, where {most:.0e} is "
                            "allowed.", expected)  # fmt: skip

@@ -40,20 +40,22 @@ def cases(choice: Choice) -> list[Case]:
     if choice.rules and not choice.scenes:  # without a chosen scene all lattices are tried
         choice = replace(choice, scenes=usual_lattices())  # type: ignore[arg-type]
     chosen = choice.scenes or usual_lattices()
-    found = [] if choice.controls else lattice_cases(NAME, choice)
+    all_cases = [] if choice.controls else lattice_cases(NAME, choice)
     if choice.rules:
-        return found
+        return all_cases
     for control in choice.controls or CONTROLS:
         name, rule, _ = CONTROLS[control]
         if any(lattice.name == name for lattice in chosen):
             scene: Any = systems.get(name)
-            found.append(Case(NAME, scene, discretisations.get(rule), 16, choice.steps, control))
-    if choice.controls and not found:
+            all_cases.append(
+                Case(NAME, scene, discretisations.get(rule), 16, choice.steps, control)
+            )
+    if choice.controls and not all_cases:
         names = ", ".join(CONTROLS[control][0] for control in choice.controls)
         raise BadInput(
             f"the control {', '.join(choice.controls)} is run on {names}: name that, or no lattice."
         )
-    return found
+    return all_cases
 
 
 def _on_patches(lattice: Any) -> bool:
@@ -64,8 +66,8 @@ def _on_patches(lattice: Any) -> bool:
 
 def notes(choice: Choice) -> list[str]:
     """Return a sentence for each user's lattice whose constraints leave a usual rule out."""
-    given: Any = choice.scenes
-    left = {s.name: [name for name in RULES if name not in usual_rules(s)] for s in given
+    lattices: Any = choice.scenes
+    left = {s.name: [name for name in RULES if name not in usual_rules(s)] for s in lattices
             if not (choice.rules or choice.controls or is_built_in(s))}  # fmt: skip
     return [f"{name} has constraints, which rules with stages do not meet: {', '.join(rules)} "
             "is left out." for name, rules in left.items() if rules]  # fmt: skip
@@ -128,14 +130,14 @@ def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float | Non
     assert states is not None
     t, *state = states[-1]
     flow = system.flow(lattice.step)
-    found: dict[str, float | None] = {
+    defects: dict[str, float | None] = {
         **dict.fromkeys(LAWS),
         **system.step_defects(flow, *state, t=t),
     }
     if _on_patches(lattice):
         makes = [partial(step_derivative, part, t=t) for part in flow.parts]
-        found |= patch_defects(makes, lattice, *state)
-    return found
+        defects |= patch_defects(makes, lattice, *state)
+    return defects
 
 
 def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
@@ -143,16 +145,16 @@ def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
     flow: Any = case.scheme.flow(CONTROLS[str(case.control)][2])
     start = flow.trajectory(4, 4)
     x, mu = start.x[-1], start.mu[-1]
-    found: dict[str, Any] = {}
+    figures: dict[str, Any] = {}
     if case.control == FLIPPED:
-        found["poisson"] = poisson_defect(DualStep(flow, x, mu), PAIRS, 0, bracket_sign=-1)
+        figures["poisson"] = poisson_defect(DualStep(flow, x, mu), PAIRS, 0, bracket_sign=-1)
     if case.control == DAMPED:
-        found["poisson"] = poisson_defect(DampedStep(flow, x, mu), PAIRS, 0)
-        found |= patch_defects([partial(DampedStep, flow)], lattice, x, mu)
+        figures["poisson"] = poisson_defect(DampedStep(flow, x, mu), PAIRS, 0)
+        figures |= patch_defects([partial(DampedStep, flow)], lattice, x, mu)
         total, size = mu.sum(), abs(mu).sum()
         for _ in range(8):
             x, mu = DampedStep(flow, x, mu).after
-        found["drift"] = float(abs(mu.sum() - total) / size)
+        figures["drift"] = float(abs(mu.sum() - total) / size)
     if case.control == RUNGE_KUTTA:
-        found |= patch_defects([partial(RungeKuttaStep, flow)], lattice, x, mu)
-    return {"rows": [{"kind": "control", **found}], "measured": found}
+        figures |= patch_defects([partial(RungeKuttaStep, flow)], lattice, x, mu)
+    return {"rows": [{"kind": "control", **figures}], "measured": figures}

@@ -39,8 +39,8 @@ FORMS = ("poisson", "patch", "residual")  # the first is for controls alone
 
 
 def _forms(case: Case) -> str:
-    found = [(name, getattr(case.measured, name)) for name in FORMS]
-    return ", ".join(f"{k} {scientific(v)}" for k, v in found if v is not None) or NONE
+    pairs = [(name, getattr(case.measured, name)) for name in FORMS]
+    return ", ".join(f"{k} {scientific(v)}" for k, v in pairs if v is not None) or NONE
 
 
 def _contact(case: Case) -> str:
@@ -84,10 +84,10 @@ def _of_kind(case: Case, kind: str) -> list[Row]:
 
 
 def _cost(case: Case) -> str:
-    found = _of_kind(case, "cost")
-    if not found or not found[-1].nanoseconds:
+    rows = _of_kind(case, "cost")
+    if not rows or not rows[-1].nanoseconds:
         return NONE
-    last, slope = found[-1], _slope(case)
+    last, slope = rows[-1], _slope(case)
     in_c = f" (C {last.c:.3g})" if last.c else ""
     return f"{last.nanoseconds:.3g}{in_c} at {last.sites:g}" + (f", {slope}" if slope else "")
 
@@ -99,8 +99,8 @@ def _slope(case: Case) -> str:
 
 
 def _memory(case: Case) -> str:
-    found = _of_kind(case, "cost")
-    return f"{found[-1].bytes:.0f}" if found else NONE
+    rows = _of_kind(case, "cost")
+    return f"{rows[-1].bytes:.0f}" if rows else NONE
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

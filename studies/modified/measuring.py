@@ -64,11 +64,11 @@ def kept(scheme: Scheme, order: int, digits: int = 16) -> Kept:
     Raises `CannotMeasure` where there is none (`ModifiedEquation`), and for a scheme without an
     order, or of a higher one.
     """
-    found = _kept(scheme, order, digits, 1)
-    if not all(found.slopes(j) for j in range(found.first, order + 1)):
+    record = _kept(scheme, order, digits, 1)
+    if not all(record.slopes(j) for j in range(record.first, order + 1)):
         with suppress(StepFailure):  # so large a step may have no solution
             return _kept(scheme, order, digits, LARGER)
-    return found
+    return record
 
 
 def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
@@ -86,8 +86,8 @@ def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
         )
     dual = dual_of(scheme.scene)
     assert dual is not None  # there is one wherever there is a modified Hamiltonian
-    found = Kept(order, first, [], [[] for _ in range(order + 1)], [])
-    found.wanted = [first if j < first else j + 1 for j in range(order + 1)]
+    record = Kept(order, first, [], [[] for _ in range(order + 1)], [])
+    record.wanted = [first if j < first else j + 1 for j in range(order + 1)]
     eps = float(equation.numbers.eps)
     for k in range(HALVINGS):
         flow = scheme.flow(larger * scheme.scene.step / 2**k, digits)
@@ -95,42 +95,42 @@ def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
         z = np.hstack([run.x, run.mu])
         terms = dual(z.astype(float))[1].max()
         H = equation.hamiltonian(z)
-        found.steps.append(float(flow.step))
-        found.floor.append(eps * float(terms) * math.sqrt(STEPS * 2**k))
+        record.steps.append(float(flow.step))
+        record.floor.append(eps * float(terms) * math.sqrt(STEPS * 2**k))
         for j in range(order + 1):
             values = equation.at_step(H[: j + 1], flow.step)
-            found.errors[j].append(float(values.max() - values.min()))
-    return found
+            record.errors[j].append(float(values.max() - values.min()))
+    return record
 
 
-def below_order(found: Kept) -> str:
+def below_order(record: Kept) -> str:
     """Return how the energy shows that the method has not the order that it says; "" if not."""
-    slopes = found.slopes(0)
+    slopes = record.slopes(0)
     if (
         len(slopes) < 2
-        or slopes[-1] >= found.first - NEAR
+        or slopes[-1] >= record.first - NEAR
         or abs(slopes[-1] - slopes[-2]) > SETTLED
     ):
         return ""
     return (
         f"the energy changes along runs as h^{slopes[-1]:.2f}, and a method of order "
-        f"{found.first} leaves h^{found.first}: the order that it declares is not its own "
+        f"{record.first} leaves h^{record.first}: the order that it declares is not its own "
         "(discmech order says why)."
     )
 
 
-def judge(found: Kept) -> Verdict:
+def judge(record: Kept) -> Verdict:
     """Return whether each sum from the order of the method on is kept to the power left out.
 
     H alone is kept to the method's order, or it is not of that order.
     """
-    expected = {f"through h^{j}": found.wanted[j] for j in range(found.first, found.order + 1)}
-    if reason := below_order(found):
-        return Verdict("fail", reason, {"through h^0": found.first, **expected})
+    expected = {f"through h^{j}": record.wanted[j] for j in range(record.first, record.order + 1)}
+    if reason := below_order(record):
+        return Verdict("fail", reason, {"through h^0": record.first, **expected})
     unknown = ""
-    for j in range(found.first, found.order + 1):
-        wanted, slopes = found.wanted[j], found.slopes(j)
-        if found.errors[j][0] <= ROUNDED * found.floor[0]:
+    for j in range(record.first, record.order + 1):
+        wanted, slopes = record.wanted[j], record.slopes(j)
+        if record.errors[j][0] <= ROUNDED * record.floor[0]:
             continue  # kept to round-off by the largest step
         said = f"H̃ up to h^{j} changes along runs"
         if not slopes:
@@ -145,10 +145,10 @@ def judge(found: Kept) -> Verdict:
     return Verdict("inconclusive" if unknown else "pass", unknown, expected)
 
 
-def as_rows(found: Kept) -> list[dict[str, Any]]:
+def as_rows(record: Kept) -> list[dict[str, Any]]:
     """Return the errors at each step, as rows of JSON."""
     return [
-        {"step": h, "floor": found.floor[k],
-         **{f"through h^{j}": found.errors[j][k] for j in range(found.order + 1)}}
-        for k, h in enumerate(found.steps)
+        {"step": h, "floor": record.floor[k],
+         **{f"through h^{j}": record.errors[j][k] for j in range(record.order + 1)}}
+        for k, h in enumerate(record.steps)
     ]  # fmt: skip

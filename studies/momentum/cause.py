@@ -94,10 +94,10 @@ def change_of_motion(scheme: Scheme, rows_of: Any) -> float:
     scene, s = scheme.scene, scheme.s
     times = [k * scene.step for k in (0, 1, ROWS)]
     try:
-        found = reference.solutions(scene, times, 35)
+        solutions = reference.solutions(scene, times, 35)
     except reference.ReferenceFailure:
         return 0.0
-    x, mu = ([list(getattr(e, part)) for e in found] for part in ("x", "mu"))
+    x, mu = ([list(getattr(e, part)) for e in solutions] for part in ("x", "mu"))
     base = [s.with_time(row, t) for row, t in zip(x, times, strict=True)] if s.clocked else x
     rows = np.array(base, dtype=object).reshape(len(times), -1)
     states = SimpleNamespace(x=rows, base=rows, mu=np.array(mu, dtype=object))

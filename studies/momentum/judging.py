@@ -45,27 +45,27 @@ def _judged(case: Case, drift: Mapping[str, float]) -> list[str]:
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:
-    found = decoded(Found, measurement)
-    over = found.over or _over(case, found.steps)
-    limits = limits_of(case, found.walks or walks_of(case, found.steps), found.units)
+    record = decoded(Found, measurement)
+    over = record.over or _over(case, record.steps)
+    limits = limits_of(case, record.walks or walks_of(case, record.steps), record.units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
     limit = max(limits.values(), default=0.0)
     expected: dict[str, Any] = {"limit": limit, "limits": limits, "random_walk": walk,
                                 "over": over}  # fmt: skip
-    drift = found.measured.drift
+    drift = record.measured.drift
     judged = _judged(case, drift)
     if not judged:
         expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
     drifting = [k for k, v in drift.items()
                 if k in judged and not v <= limits.get(k, limit)]  # fmt: skip
     if not drifting:
-        return _judge_faults(found, judged, limits, expected)
+        return _judge_faults(record, judged, limits, expected)
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, limit)
-    lost = found.lost or 0.0
+    lost = record.lost or 0.0
     if case.rule.is_formula:
-        most = {k: lost * max(1.0, found.units.get(k, (1.0,))[0]) for k in drifting}
+        most = {k: lost * max(1.0, record.units.get(k, (1.0,))[0]) for k in drifting}
         if all(drift[k] <= most[k] for k in drifting):
             return Verdict("inconclusive", why_unknown(name, drift[name], most[name]), expected)
     else:  # twice what shorter steps lose, up to roundings that are alike
@@ -73,9 +73,9 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         if all(drift[k] <= limits.get(k, limit) + most[k] for k in drifting):
             expected["limits"] = {k: v + most.get(k, 0.0) for k, v in limits.items()}
             expected["limit"] = max(expected["limits"].values())
-            return _judge_faults(found, judged, limits, expected)  # faults are of their size
+            return _judge_faults(record, judged, limits, expected)  # faults are of their size
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
-    rate = (found.measured.rate or {}).get(name, 0.0)
+    rate = (record.measured.rate or {}).get(name, 0.0)
     if rate > NO_RATE:
         said += (
             " It is no symmetry of L: by the equations of motion its momentum changes, by "
@@ -85,11 +85,11 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _judge_faults(
-    found: Found, judged: list[str], limits: dict[str, float], expected: Any
+    record: Found, judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
     """Return the verdict without a drift: it depends on whether a fault would have shown."""
     for name in judged:
-        limit, fault = limits.get(name, 0.0), (found.faults or {}).get(name)
+        limit, fault = limits.get(name, 0.0), (record.faults or {}).get(name)
         if not limit <= LIMITS["blind"]:
             said = (
                 f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "

@@ -68,9 +68,9 @@ def cases(choice: Choice) -> list[Case]:
     A quantity that a force changes is compared with its work; a composition does not give the work
     of its substeps, and a one-step map gives none.
     """
-    found = plain_cases(NAME, choice, DIGITS) + lattice_cases(NAME, choice)
-    found += family_cases(NAME, choice, FAMILY_STEPS, KEPT)
-    return [c for c in found if measured_in(c)]
+    candidates = plain_cases(NAME, choice, DIGITS) + lattice_cases(NAME, choice)
+    candidates += family_cases(NAME, choice, FAMILY_STEPS, KEPT)
+    return [c for c in candidates if measured_in(c)]
 
 
 def measure(case: Case, progress: Progress = silent) -> Found:
@@ -110,9 +110,9 @@ def measure(case: Case, progress: Progress = silent) -> Found:
             for q in whole:
                 formula = formula_of(scheme, q, size)
                 rows_of = with_terms(scheme, formula, case.digits)
-                found = rows_of(run)
-                drifts[q.name] = relative_drifts(found, case.digits)
-                units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
+                pair = rows_of(run)
+                drifts[q.name] = relative_drifts(pair, case.digits)
+                units[q.name] = round_offs(scheme, formula, run, pair[1], case.digits)
                 look(q, run, rows_of)
             series = drifts | series  # those of the attitude are shown after the others
     for q in kept:
@@ -230,10 +230,10 @@ def _over_stretches(
     units = [(0.0, 0.0)]
     for done in range(0, total, q.stretch):
         run = flow.trajectory(min(q.stretch, total - done), x0=scheme.scene.x0, mu0=mu, u0=u)
-        found = rows_of(run)
-        drifts.append(relative_drifts(found, case.digits)[1:])
+        pair = rows_of(run)
+        drifts.append(relative_drifts(pair, case.digits)[1:])
         if done % (16 * q.stretch) == 0:
-            units.append(round_offs(scheme, formula, run, found[1], case.digits))
+            units.append(round_offs(scheme, formula, run, pair[1], case.digits))
         mu, u = run.mu[-1], run.u[-1]
         progress(f"{case.scene.name} {case.label}: {q.name}", done / total)
     return np.concatenate(drifts), (max(u[0] for u in units), max(u[1] for u in units))

@@ -174,7 +174,7 @@ def _grown(scheme: Scheme, step: Any, digits: int) -> list[tuple[Any, Any, Any]]
         places = evidence_of(scheme).places
     except (ReferenceFailure, DiscmechError):
         return []
-    found: list[tuple[Any, Any, Any]] = []
+    steps: list[tuple[Any, Any, Any]] = []
     drawn = random.Random(scheme.scene.name)
     for place in itertools.islice(itertools.cycle(places), SAMPLES if places else 0):
         x, mu = (
@@ -182,5 +182,5 @@ def _grown(scheme: Scheme, step: Any, digits: int) -> list[tuple[Any, Any, Any]]
         )
         with suppress(DiscmechError, ArithmeticError):
             ends = growth_errors(context, scheme.s.with_time(x, place.t), mu, place.u)
-            found += [(context, after, off) for after, off in ends]
-    return found
+            steps += [(context, after, off) for after, off in ends]
+    return steps

@@ -54,8 +54,8 @@ def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> Fault
         most = np.zeros(len(chosen))
         for _ in range(DRAWS):
             moved = [_moved(part, size, drawn, numbers) for part in (x, mu)]
-            found, _ = rows_of(replace(run, base=moved[0], mu=moved[1], u=u))
-            gaps = abs(found - values).max(axis=1)
+            others, _ = rows_of(replace(run, base=moved[0], mu=moved[1], u=u))
+            gaps = abs(others - values).max(axis=1)
             scales = [max(t.max(), terms[0].max()) for t in terms]
             change = [float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True)]
             most = np.maximum(most, np.nan_to_num(np.array(change)))
@@ -108,11 +108,11 @@ class Keeps(Law):
         """
         if scheme.rule.claims is None or self.quantity.of_step:
             return []
-        if not (found := super().conspicuous(scheme)):
+        if not (starts := super().conspicuous(scheme)):
             return []
         formula = formula_of(scheme, self.quantity, scheme.scene.step)
         moved = change_of_motion(scheme, with_terms(scheme, formula, DIGITS))
-        return [] if moved > KEPT else found
+        return [] if moved > KEPT else starts
 
     def gaps(self, many: ManySteps) -> Vector:
         """Return the changes of the quantity over its terms."""

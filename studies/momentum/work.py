@@ -43,8 +43,8 @@ def less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[f
         else:
             gap, scale = _change_along_orbit(flow, run, rows_of)
         gaps, scales = np.abs(gap).max(axis=1), scale.max(axis=1)
-        found = (float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True))
-        return np.array([0.0, *found]), units
+        changes = (float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True))
+        return np.array([0.0, *changes]), units
 
 
 def _change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -14,21 +14,21 @@ from .records import Found
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
-    found = decoded(Found, measurement)
-    verdict = _judge_solutions(case, found)
+    record = decoded(Found, measurement)
+    verdict = _judge_solutions(case, record)
     what = "the scene under its inputs"
-    return single_steps.judge(found.local, verdict, wanted=case.order, asks_order=True, what=what)
+    return single_steps.judge(record.local, verdict, wanted=case.order, asks_order=True, what=what)
 
 
-def _judge_solutions(case: Case, found: Found) -> Verdict:
+def _judge_solutions(case: Case, record: Found) -> Verdict:
     """Judge that each kind has the order of the rule, or changes only by round-off."""
-    measured, tolerance = found.measured, of_orders(16)
+    measured, tolerance = record.measured, of_orders(16)
     wanted = case.order
     expected = {"order": wanted, "tolerance": tolerance}
     orders = {k: p for k, p in measured.orders.items() if k not in measured.exact}
     if wanted is None:
         return Verdict("pass", "", {**expected, "not_demanded": "the rule declares no order"})
-    last = [row.controls for row in found.rows][-3:]
+    last = [row.controls for row in record.rows][-3:]
     grows = len(last) == 3 and all(b > LIMITS["grows"] * a for a, b in pairwise(last))
     if grows and "controls" in orders:  # not if they are exact, and changes are round-off
         return Verdict(
@@ -50,7 +50,7 @@ def _judge_solutions(case: Case, found: Found) -> Verdict:
         return Verdict(
             "inconclusive",
             f"fewer than four changes of the {' and '.join(unclear)} lie on a straight line above "
-            f"round-off, {found.floor:.1g}: start with other --steps.",
+            f"round-off, {record.floor:.1g}: start with other --steps.",
             expected,
         )
     return Verdict("pass", "", expected)

@@ -77,21 +77,21 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     error: the largest of the three.
     """
     problem = lookup.problem_of(case.scene).with_values(scene=case.scene)
-    found, count = list[Optimum](), case.steps or STEPS
+    solutions, count = list[Optimum](), case.steps or STEPS
     for k in range(MOST_LEVELS):
         progress(f"{case.scene.name} {case.label}: {count} steps", k / MOST_LEVELS)
-        at = 0 if found and count < len(found[0].t) - 1 else len(found)
-        found.insert(at, problem.solve(count, case.rule))
-        count = 2 * (len(found[-1].t) - 1)
-        if len(found) < LEVELS:
+        at = 0 if solutions and count < len(solutions[0].t) - 1 else len(solutions)
+        solutions.insert(at, problem.solve(count, case.rule))
+        count = 2 * (len(solutions[-1].t) - 1)
+        if len(solutions) < LEVELS:
             continue
-        rows, floor = _changes(found), max(LEAST, *(best.correction for best in found))
+        rows, floor = _changes(solutions), max(LEAST, *(best.correction for best in solutions))
         windows = {kind: _window(rows, kind, floor) for kind in KINDS}
         exact = [kind for kind in KINDS if max(row[kind] for row in rows) <= floor]
         left = [kind for kind, window in windows.items() if kind not in exact and window is None]
         if not left:
             break
-        fewest = (len(found[0].t) - 1) // 2
+        fewest = (len(solutions[0].t) - 1) // 2
         if not case.steps and fewest >= FEWEST and all(rows[-1][kind] <= floor for kind in left):
             count = fewest  # finer ones are round-off, for a rule of high order
     orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
@@ -104,13 +104,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {
         "rows": rows,
         "floor": floor,
-        "local": of_scheme(Scheme(_pushed(problem, found[-1]), case.rule)),
+        "local": of_scheme(Scheme(_pushed(problem, solutions[-1]), case.rule)),
         "measured": {
             **line,
             "orders": orders,
             "exact": exact,
-            "corrections": [best.iterations for best in found],
-            "cost": found[-1].cost,
+            "corrections": [best.iterations for best in solutions],
+            "cost": solutions[-1].cost,
         },
     }
 
@@ -122,7 +122,7 @@ def _pushed(problem: Control, best: Optimum) -> Scene:
     of motion. The controls are as large as those that were found.
     """
     scene, inputs = problem.scene, problem.inputs
-    T, given = problem.duration, inputs or (lambda x, v, f, p: f)
+    T, push = problem.duration, inputs or (lambda x, v, f, p: f)
     most = abs(best.controls).max(axis=(0, 1), initial=0)
     sizes = [Fraction(2) ** round(math.log2(e)) if e > 0 else Fraction(1) for e in most]
 
@@ -130,7 +130,7 @@ def _pushed(problem: Control, best: Optimum) -> Scene:
         shares = [1 + (-1) ** j * (t / to_sympy(T) - (t / to_sympy(T)) ** 2 / (j + 2))
                   for j in range(len(sizes))]  # fmt: skip
         f = sympy.Matrix([to_sympy(size) * e for size, e in zip(sizes, shares, strict=True)])
-        parts = [list(given(x, v, f, p, *((t,) if arguments_of(given) == 5 else ())))]
+        parts = [list(push(x, v, f, p, *((t,) if arguments_of(push) == 5 else ())))]
         if scene.force is not None:
             timed = arguments_of(scene.force) == 4
             parts.append(list(scene.force(x, v, p, *((t,) if timed else ()))))
@@ -139,12 +139,12 @@ def _pushed(problem: Control, best: Optimum) -> Scene:
     return scene.with_values(name=f"{scene.name}-pushed", force=acting, duration=T, symmetries=())
 
 
-def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
+def _changes(solutions: list[Optimum]) -> list[dict[str, Any]]:
     """Return the rows, from solutions coarse to fine."""
     sizes = [[float(abs(part).max(initial=0)) or 1.0 for part in parts]
-             for parts in _kinds(found[-1])]  # fmt: skip
+             for parts in _kinds(solutions[-1])]  # fmt: skip
     rows = []
-    for coarse, fine in pairwise(found):
+    for coarse, fine in pairwise(solutions):
         changes = {
             kind: max(float(abs(b[::2] - a).max(initial=0)) / size
                       for a, b, size in zip(*parts, strict=True))

@@ -36,28 +36,28 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     One very small step may still deny the runs: an order that is lower in any component may have
     only a small error, or one that this final time hides.
     """
-    found = decoded(Found, measurement)
-    verdict = _with_multipliers(case, found, _judge_runs(case, found))
+    record = decoded(Found, measurement)
+    verdict = _with_multipliers(case, record, _judge_runs(case, record))
     if case.rule.is_recorded:
-        return _of_recorded(case, found, verdict)
-    local = found.local or SingleSteps()
-    verdict = judging_steps.judge(case, found, local, verdict)
+        return _of_recorded(case, record, verdict)
+    local = record.local or SingleSteps()
+    verdict = judging_steps.judge(case, record, local, verdict)
     return judging_steps.judge_effective(case, local, verdict)
 
 
-def _judge_runs(case: Case, found: Found) -> Verdict:
-    order = found.measured.order
+def _judge_runs(case: Case, record: Found) -> Verdict:
+    order = record.measured.order
     tolerance = allowed(case.digits)
     expected: dict[str, Any] = {"order": case.order, "tolerance": tolerance}
     # the digits in which the two references of a scene in numbers agree
     if is_of_a_value(case.rule.name) or is_of_a_value(str(case.scene.name)):
         expected["or_above"] = True
-    if found.agreed is not None:
-        expected["agreed"] = found.agreed
+    if record.agreed is not None:
+        expected["agreed"] = record.agreed
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
-    rows, certain, known = found.rows, found.trusted, found.certain
+    rows, certain, known = record.rows, record.trusted, record.certain
     if rows and rows[-1].cause == BLEW_UP:  # whatever longer steps do
         said = f"the run at the finest step, {rows[-1].step:.3g}, does not converge: {BLEW_UP}."
         return fail(said, why=NOT_CONVERGING)
@@ -92,7 +92,7 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
                 f"{rule.method.order} by {defect:.2g}."
             )
     if abs(order - expected["order"]) <= tolerance:
-        return Verdict("pass", _cut(case, found), expected)
+        return Verdict("pass", _cut(case, record), expected)
     if approaches(case, rows, order, tolerance):
         return unknown(
             f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
@@ -147,19 +147,19 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         from ..causes import recorded
 
         return recorded.of_rows(case)
-    found = decoded(Found, measurement)
-    local = found.local or SingleSteps()
+    record = decoded(Found, measurement)
+    local = record.local or SingleSteps()
     of_step = local.order
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
     if case.scheme.arrows is None and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
-        if (cause := one_step.of_step(case, finest=finest_order(case, found))) is not None:
+        if (cause := one_step.of_step(case, finest=finest_order(case, record))) is not None:
             return cause
     if as_wanted and local.effective and local.effective.cause:
         return {"cause": "the processed order", "sentence": local.effective.cause + "."}
-    order, wanted = found.measured.order, case.order
-    rows = [(row.step, row.error) for row in found.rows if row.error is not None]
+    order, wanted = record.measured.order, case.order
+    rows = [(row.step, row.error) for row in record.rows if row.error is not None]
     if wanted is None or len(rows) < 2:
         return None
     near = order is not None and order > wanted - allowed(case.digits)
@@ -169,7 +169,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         (longer, before), (shorter, last) = rows[-2:]
         stuck = last > max(before / 1.5, STUCK)
         slow = before < last * (longer / shorter) ** wanted
-        if not stuck and not (slow and departure(case, found.rows, found.trusted)):
+        if not stuck and not (slow and departure(case, record.rows, record.trusted)):
             return None
     from ..causes.diagnosis import of_order
 
@@ -187,15 +187,15 @@ def diagnose_lattice(case: Case) -> dict[str, Any] | None:
     return of_part(lattice, case.rule)
 
 
-def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
+def _with_multipliers(case: Case, record: Found, verdict: Verdict) -> Verdict:
     """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
-    errors = [(row.step, row.multipliers) for row in found.rows if row.multipliers is not None]
+    errors = [(row.step, row.multipliers) for row in record.rows if row.multipliers is not None]
     if not errors or verdict.expected["order"] is None:
         return verdict
     # their mean is even in h: an error of order 2, except for that of the row itself
     least = min(2, verdict.expected["order"])
     verdict = verdict.expecting(multipliers=least)
-    slope, known = found.measured.multipliers, multipliers.known(found.rows)
+    slope, known = record.measured.multipliers, multipliers.known(record.rows)
     if slope is not None and not math.isnan(slope):
         wrong, why = slope < least - allowed(case.digits), ""
         said = f"are of order {slope:.3f}, below {least}"
@@ -208,7 +208,7 @@ def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
         said += ", though (x, μ) converges: the force of constraint is another."
         said = f"the multipliers of the constraints {said}"
         return Verdict("fail", said, verdict.expected, why=why)
-    exact = bool(known) and max(known) <= floor(case, found.certain)
+    exact = bool(known) and max(known) <= floor(case, record.certain)
     if slope is None and verdict.verdict == "pass" and not exact:
         said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
         said += "constraints lie on a straight line above round-off: take more --steps."
@@ -216,17 +216,17 @@ def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
     return verdict
 
 
-def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
+def _of_recorded(case: Case, record: Found, verdict: Verdict) -> Verdict:
     """Return the verdict on runs, in words for a user who can only record more of them.
 
     Their rows have to be steps of one method. And if the steps from row to row have the order, and
     errors do not sink, the motion has enlarged them.
     """
-    local = found.local or SingleSteps()
-    if len(found.rows) < FEWEST and found.measured.order is None:
+    local = record.local or SingleSteps()
+    if len(record.rows) < FEWEST and record.measured.order is None:
         said = (
             f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
-            f"recorded are {len(found.rows)}."
+            f"recorded are {len(record.rows)}."
         )
         return Verdict("inconclusive", said, verdict.expected)
     if verdict.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
@@ -234,8 +234,8 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
-    slope = found.measured.order
-    if verdict.verdict == "pass" and slope and (row := off_the_line(found.rows, slope)):
+    slope = record.measured.order
+    if verdict.verdict == "pass" and slope and (row := off_the_line(record.rows, slope)):
         said = (
             f"the run of the step {row.step:.6g} is off by {row.error:.2g}, which is not on the "
             f"line of the others, order {slope:.2f}, and neither its step nor round-off explains "
@@ -247,7 +247,7 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
         return Verdict("inconclusive", said, verdict.expected)
     least = (case.order or math.inf) - LIMITS["rows: power"]
     steps = local.order is not None and local.order > least
-    enlarged, large = found.grown or 1.0, verdict.why == NOT_CONVERGING
+    enlarged, large = record.grown or 1.0, verdict.why == NOT_CONVERGING
     if verdict.verdict == "fail" and steps and large and enlarged >= LIMITS["rows: enlarged"]:
         said = f"the steps from row to row are of order {local.order:.2f}, as declared, and the "
         said += f"motion enlarges a change of its start {enlarged:.2g} times until the last row, "

@@ -13,7 +13,7 @@ from .limits import LIMITS
 from .records import Found
 
 
-def judge(case: Case, found: Found, local: SingleSteps, verdict: Verdict) -> Verdict:
+def judge(case: Case, record: Found, local: SingleSteps, verdict: Verdict) -> Verdict:
     """Return the verdict of the runs combined with that of single steps."""
     wanted, order = verdict.expected["order"], local.order
     if local.exact:
@@ -27,8 +27,8 @@ def judge(case: Case, found: Found, local: SingleSteps, verdict: Verdict) -> Ver
     if order is None or wanted is None:
         return verdict
     if verdict.why == ABOVE:
-        return _of_higher(found, local, verdict, wanted)
-    if verdict.verdict == "fail" and (why := _unresolved(case, found, local)):
+        return _of_higher(record, local, verdict, wanted)
+    if verdict.verdict == "fail" and (why := _unresolved(case, record, local)):
         return Verdict("inconclusive", why, verdict.expected)
     if verdict.why == ROUND_OFF:
         return verdict.because(
@@ -56,16 +56,16 @@ def judge_effective(case: Case, local: SingleSteps, verdict: Verdict) -> Verdict
     """Return the verdict of the order and of the effective order, if the rule declares one."""
     if case.rule.effective is None or verdict.verdict != "pass":
         return verdict
-    found = local.effective
-    if found is None:
+    effective = local.effective
+    if effective is None:
         said = f"nothing is known of the effective order {case.rule.effective} that it declares."
         return Verdict("inconclusive", said, verdict.expected)
-    if found.verdict:
+    if effective.verdict:
         verdict = verdict.expecting(effective=case.rule.effective)
-        if found.reached:
-            verdict = replace(verdict, measured={"effective": found.reached})
-    said = " ".join(filter(None, (verdict.reason, found.reason)))
-    return replace(verdict, verdict=found.verdict or "pass", reason=said)
+        if effective.reached:
+            verdict = replace(verdict, measured={"effective": effective.reached})
+    said = " ".join(filter(None, (verdict.reason, effective.reason)))
+    return replace(verdict, verdict=effective.verdict or "pass", reason=said)
 
 
 def _of_exact(verdict: Verdict) -> Verdict:
@@ -97,9 +97,9 @@ def _of_floats(local: SingleSteps, verdict: Verdict) -> Verdict:
     return verdict
 
 
-def _of_higher(found: Found, local: SingleSteps, verdict: Verdict, wanted: int) -> Verdict:
+def _of_higher(record: Found, local: SingleSteps, verdict: Verdict, wanted: int) -> Verdict:
     """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
-    order, runs = local.order or 0.0, found.measured.order
+    order, runs = local.order or 0.0, record.measured.order
     if order <= wanted + NEAR:
         said = (
             f"the runs are of order {runs:.2f}, since at this final time errors cancel; single "
@@ -120,12 +120,12 @@ def _of_higher(found: Found, local: SingleSteps, verdict: Verdict, wanted: int) 
     )
 
 
-def _unresolved(case: Case, found: Found, local: SingleSteps) -> str:
+def _unresolved(case: Case, record: Found, local: SingleSteps) -> str:
     """Return why the runs' errors are not small yet although single steps have the order; or ""."""
-    steps = [row.step for row in found.rows if row.error is not None]
+    steps = [row.step for row in record.rows if row.error is not None]
     if not steps or not local.rate:
         return ""
-    off = found.duration * local.rate * min(steps) ** (case.order or 2)
+    off = record.duration * local.rate * min(steps) ** (case.order or 2)
     if off < LIMITS["unresolved"]:
         return ""
     return (

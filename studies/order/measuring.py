@@ -49,18 +49,18 @@ def cases(choice: Choice) -> list[Case]:
 
     Chosen precisions are run for any order.
     """
-    found = [
+    on_scenes = [
         c
         for c in plain_cases(NAME, choice, DIGITS)
         if c.scene.lagrangian is not None or c.scene.in_numbers
     ]
-    found = [
-        c for c in found
+    on_scenes = [
+        c for c in on_scenes
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
         or not c.rule.runs_at(50)
     ]  # fmt: skip
     return [
-        *found,
+        *on_scenes,
         *lattice_cases(NAME, choice, more=True),
         *family_cases(NAME, choice, FAMILY_STEPS),
     ]
@@ -99,7 +99,7 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     program = not case.rule.is_formula and not case.rule.runs_at(50)
     coarser = 1 if (case.order or 0) <= 2 else 4 if case.order == 4 else 8
     if case.digits > 16:
-        found = duration / PART, 8 if (case.order or 0) > HIGH else 128
+        rung = duration / PART, 8 if (case.order or 0) > HIGH else 128
     elif program:
         # without more digits: a short time and coarse steps, so that less round-off adds up; but
         # what single steps do not show, a run that need not be its steps may do late
@@ -107,14 +107,14 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
         quarters = 4 if rule.remembers or rule.runs else 1
         coarser = 8 if (case.order or 0) <= 2 else 32
         steps = quarters * case.scene.steps_for(case.scene.step) // coarser
-        found = duration * quarters / 4, max(8, steps)
+        rung = duration * quarters / 4, max(8, steps)
     else:
-        found = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
+        rung = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
     if case.steps:
-        found = found[0], case.steps
+        rung = rung[0], case.steps
     elif not program:
-        found = single_steps.resolved(case, *found)
-    duration, first = found
+        rung = single_steps.resolved(case, *rung)
+    duration, first = rung
     if program:  # each rung has a whole number of parts, and more than the one before
         return Ladder(duration, partial(_in_parts, first), PROGRAM_RUNGS, MOST_PROGRAM_RUNGS)
     double = case.digits == 16
@@ -185,9 +185,9 @@ def measure(case: Case, progress: Progress = silent) -> Found:
             rows.append(row)
             continue
         with mpmath.workdps(case.digits + 15):
-            found = [system.error(x, mu, at) for x, mu, at in
-                     zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
-            row = row.with_errors(*map(_mean, zip(*found, strict=True)))
+            errors = [system.error(x, mu, at) for x, mu, at in
+                      zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
+            row = row.with_errors(*map(_mean, zip(*errors, strict=True)))
             if forces and any(forces):
                 try:
                     row = replace(row, multipliers=multipliers.error(flow, run, forces))

@@ -59,18 +59,18 @@ def own_order(
         raise BadInput(f"own_order is of a black box or of recorded runs, not of {shown(method)}.")
     if isinstance(method, Recorded):
         _, rows = common_times(method)
-        found = sorted(
+        ends = sorted(
             ((float(run.step), np.concatenate([run.x[k], run.mu[k]]).astype(float))
              for run, k in zip(method.recordings, rows[-1], strict=True)),
             key=lambda pair: -pair[0],
         )  # fmt: skip
-        sizes = [size for size, _ in found]
+        sizes = [size for size, _ in ends]
         if any(abs(a / b - 2) > 1e-6 for a, b in itertools.pairwise(sizes)):
             raise BadInput(
                 f"{method.name}: without a scene each run must have half the step of the one "
                 f"before; there are {', '.join(f'{e:.6g}' for e in sizes)}."
             )
-        return _told(method, sizes, [state for _, state in found])
+        return _told(method, sizes, [state for _, state in ends])
     if q is None or p is None or step is None or steps < 1:
         raise BadInput("own_order of a function needs q, p, a step, and a number of steps from 1.")
     first = float(exact_rational(step, "step"))

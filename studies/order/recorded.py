@@ -101,15 +101,15 @@ def common_times(rule: Recorded) -> tuple[list[Fraction], np.ndarray]:
     coarse = max(recordings, key=lambda run: run.interval)
     times, rows = [], []
     for row in range(1, len(coarse.t)):
-        time, found = row * coarse.interval, []
+        time, indices = row * coarse.interval, []
         for run in recordings:
             index = round(time / run.interval)
             if index >= len(run.t) or abs(index * run.interval - time) > run.late + coarse.late:
                 break
-            found.append(index)
+            indices.append(index)
         else:
             times.append(time)
-            rows.append(found)
+            rows.append(indices)
     if not times:
         raise CannotMeasure(
             f"{rule.name}: the runs have no time in common at which all have a row, so their "

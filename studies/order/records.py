@@ -201,7 +201,7 @@ def curves(cases: Iterable[Any]) -> list[Curve]:
 
     A label of a rule stands in the titles alone: values are read off its name.
     """
-    found: dict[tuple[str, str, str, int], list[tuple[Exact, Any]]] = {}
+    groups: dict[tuple[str, str, str, int], list[tuple[Exact, Any]]] = {}
     titles: dict[str, str] = {}
     for case in cases:
         rule, label = case.named or case.rule, _NAME.fullmatch(str(case.rule))
@@ -211,8 +211,8 @@ def curves(cases: Iterable[Any]) -> list[Curve]:
                 if name is rule and label:
                     titles[varied[1]] = label[1]
                 key = (varied[1], varied[2], str(place), case.digits)
-                found.setdefault(key, []).append((exact(varied[3].replace("_", "/"), name), case))
+                groups.setdefault(key, []).append((exact(varied[3].replace("_", "/"), name), case))
     return [
         Curve(titles.get(of, of), name, place, digits, sorted(pairs, key=lambda pair: pair[0]))
-        for (of, name, place, digits), pairs in found.items() if len(pairs) >= FEWEST
+        for (of, name, place, digits), pairs in groups.items() if len(pairs) >= FEWEST
     ]  # fmt: skip

@@ -63,8 +63,8 @@ def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]
     or a pole within the scene's duration, near which no step is short enough.
     """
     evidence = evidence_of(case.scheme)
-    found, expected = evidence.order, case.order or 2
-    c = None if found.unknown else evidence.rate(expected)
+    local, expected = evidence.order, case.order or 2
+    c = None if local.unknown else evidence.rate(expected)
     if c is None:
         return duration, first
     length = min(place.length for place in evidence.places)

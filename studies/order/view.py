@@ -38,9 +38,9 @@ FAMILY_CAPTION = (
 
 def _got(case: Case) -> str:
     measured = case.measured
-    found = plus_minus(measured.order, measured.interval)
-    found += " (against its own runs)" if measured.why_not else ""
-    return found if measured.effective is None else f"{found}, processed {measured.effective:g}"
+    text = plus_minus(measured.order, measured.interval)
+    text += " (against its own runs)" if measured.why_not else ""
+    return text if measured.effective is None else f"{text}, processed {measured.effective:g}"
 
 
 def _wanted(case: Case) -> str:

@@ -113,10 +113,10 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> tuple[str, str
     return None
 
 
-def finest_order(case: Case, found: Found) -> float | None:
+def finest_order(case: Case, record: Found) -> float | None:
     """Return the local order of the two finest runs with errors above round-off, if any."""
-    bent = BENT * floor(case, found.certain)
-    clear = [row for row in found.rows if row.error is not None and row.error > bent]
+    bent = BENT * floor(case, record.certain)
+    clear = [row for row in record.rows if row.error is not None and row.error > bent]
     return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
 
 
@@ -186,7 +186,7 @@ def _window(
     case: Case, rows: Sequence[Row], errors: Sequence[float | None], certain: float,
     known: Sequence[float] | None = None,
 ) -> Window | None:  # fmt: skip
-    found = [math.nan if error is None else error for error in errors]
+    numbers = [math.nan if error is None else error for error in errors]
     straight = STRAIGHT[case.digits == 16]
     steps = [row.step for row in rows]
-    return asymptotic_window(steps, found, floor(case, certain), straight, known)
+    return asymptotic_window(steps, numbers, floor(case, certain), straight, known)

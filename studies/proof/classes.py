@@ -136,14 +136,14 @@ class SceneClass:
 
         draw = random.Random(1)
         numbers = [Fraction(draw.randrange(1, 64), 64) for _ in range(count + n + m)]
-        given: dict[str, Any] = {"hamiltonian" if self.hamiltonian else "lagrangian":
+        parts: dict[str, Any] = {"hamiltonian" if self.hamiltonian else "lagrangian":
                                  timed if self.timed else value}  # fmt: skip
-        given |= {"force": force} if self.forced else {}
-        given |= {"mu0" if self.hamiltonian else "v0": numbers[count + n :]}
+        parts |= {"force": force} if self.forced else {}
+        parts |= {"mu0" if self.hamiltonian else "v0": numbers[count + n :]}
         if self.fast:
-            given["fast"] = lambda x, p: of(list(p.c)[first:], list(x), rest)
+            parts["fast"] = lambda x, p: of(list(p.c)[first:], list(x), rest)
         return Scene(name="generic", groupoid=self.groupoid, parameters={"c": numbers[:count]},
-                     x0=numbers[count : count + n], duration=1, step="1/100", **given)  # fmt: skip
+                     x0=numbers[count : count + n], duration=1, step="1/100", **parts)  # fmt: skip
 
 
 def _exponents(length: int, degree: int) -> Iterator[Powers]:
@@ -157,11 +157,11 @@ def _pairs(hamiltonian: bool) -> list[SceneClass]:
     letter, moving = ("H", "μ") if hamiltonian else ("L", "v")
     parts = (("T(μ) + V(x)", "μ·Nμ/2 + V(x)") if hamiltonian
              else ("T(v) − V(x)", "v·Mv/2 − V(x)"))  # fmt: skip
-    found = [SceneClass(f"{letter}(x, {moving}), n = {n}", "pair", pair(n)) for n in (1, 2, 3)]
-    found += [SceneClass(f"{e}, n = 2", "separable", pair(2), part)
-              for e, part in zip(parts, ("separable", "quadratic"), strict=True)]  # fmt: skip
+    classes = [SceneClass(f"{letter}(x, {moving}), n = {n}", "pair", pair(n)) for n in (1, 2, 3)]
+    classes += [SceneClass(f"{e}, n = 2", "separable", pair(2), part)
+                for e, part in zip(parts, ("separable", "quadratic"), strict=True)]  # fmt: skip
     form = "μ·Nμ/2 − a(x)·μ + V(x)" if hamiltonian else "v·Mv/2 + A(x)·v − V(x)"
-    found += [
+    classes += [
         SceneClass(f"{form}, n = 2", "magnetic", pair(2), "magnetic"),
         SceneClass(f"{letter}(x, {moving}) without x₁, n = 2", "symmetric", pair(2), "moved",
                    keeps=("μ₁", lambda z: z[2])),
@@ -169,17 +169,17 @@ def _pairs(hamiltonian: bool) -> list[SceneClass]:
                    "turned", keeps=("x ∧ μ", lambda z: z[0] * z[3] - z[1] * z[2])),
     ]  # fmt: skip
     if hamiltonian:
-        found += [SceneClass("H(x, μ) of degree 3, n = 2", "cubic", pair(2), "cubic")]
-    found += [SceneClass(f"{letter}(x, {moving}, t), n = 1", "time", pair(1), timed=True)]
-    found += [SceneClass(f"{letter}(x, {moving}, t) and a force f(x, v, t), n = 1", "force",
-                         pair(1), timed=True, forced=True)]  # fmt: skip
-    return found
+        classes += [SceneClass("H(x, μ) of degree 3, n = 2", "cubic", pair(2), "cubic")]
+    classes += [SceneClass(f"{letter}(x, {moving}, t), n = 1", "time", pair(1), timed=True)]
+    classes += [SceneClass(f"{letter}(x, {moving}, t) and a force f(x, v, t), n = 1", "force",
+                           pair(1), timed=True, forced=True)]  # fmt: skip
+    return classes
 
 
 def _groups(hamiltonian: bool) -> list[SceneClass]:
     of = "H(μ)" if hamiltonian else "L(ξ)"
     both = "H(x, μ)" if hamiltonian else "L(x, ξ)"
-    found = [
+    classes = [
         SceneClass(f"{of} on so(3), Cayley", "lie_group", lie_group(so(3)),
                    keeps=("|μ|²", lambda z: z[0] * z[0] + z[1] * z[1] + z[2] * z[2])),
         SceneClass(f"{of} on gl(2), Cayley", "lie_group", lie_group(gl2)),
@@ -190,7 +190,7 @@ def _groups(hamiltonian: bool) -> list[SceneClass]:
         SceneClass(f"{both} on R × R × so(3), Cayley", "product",
                    product(pair(1), lie_group(so(3)))),
     ]  # fmt: skip
-    return found
+    return classes
 
 
 def classes_of(hamiltonian: bool, splits: bool) -> list[SceneClass]:

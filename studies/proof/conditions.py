@@ -82,17 +82,17 @@ def conditions_of(
     The errors are those of the first class, and of the second if it is not too large; the others
     are tried at the values that are found.
     """
-    found = _found(rule, names, classes[0], stated + 1, draw)
+    conditions = _found(rule, names, classes[0], stated + 1, draw)
     power = stated + 1
-    while not found[-1].never and power < stated + FURTHER:
+    while not conditions[-1].never and power < stated + FURTHER:
         power += 1
-        found = _found(rule, names, classes[0], power, draw)
+        conditions = _found(rule, names, classes[0], power, draw)
     if len(classes) > 1 and classes[1].count(power) <= MOST:
         others = _found(rule, names, classes[1], power, draw)
-        found = [_both(a, b) for a, b in zip(found, others, strict=True)]
+        conditions = [_both(a, b) for a, b in zip(conditions, others, strict=True)]
     singular = _singular(rule, names, classes[0], draw)
-    told = {k: _said(found[k], singular) for k in range(1, power + 1)}
-    condition, new = found[stated], dict(answers)
+    told = {k: _said(conditions[k], singular) for k in range(1, power + 1)}
+    condition, new = conditions[stated], dict(answers)
     for e in classes:
         answer = answers[e.name]
         if answer.proven is False and not condition.never and not condition.always:
@@ -116,11 +116,11 @@ def of_law(
     if draw is None:
         return replace(answer, proven=None, condition=f"for most {several}")
     try:
-        found = _found(rule, names, e, power, draw, defect)
+        conditions = _found(rule, names, e, power, draw, defect)
     except CannotMeasure as error:
         said = f"for most {several} ({str(error).rstrip('.')})"
         return replace(answer, proven=None, condition=said)
-    further = {str(c): k for k, c in enumerate(found) if not (c.always or c.never)}
+    further = {str(c): k for k, c in enumerate(conditions) if not (c.always or c.never)}
     if not further:
         return replace(answer, condition=f"only {NONE_MORE.format(several)}")
     more = " and ".join(f"to h^{k} if {said}" for said, k in further.items())
@@ -208,7 +208,7 @@ def _found(
         )
         for numbers in fields
     ]
-    found, polynomials = [], list[Any]()
+    conditions, polynomials = [], list[Any]()
     for k in range(power + 1):
         parts = [span[k] for span in spans]
         if len({tuple(map(len, part)) for part in parts}) != 1 or len({*map(len, parts)}) != 1:
@@ -217,8 +217,8 @@ def _found(
             polynomials.append(_rational(images, names, power))
         if polynomials:
             polynomials = list(_condition(names, polynomials).polynomials)
-        found.append(Condition(names, polynomials))
-    return found
+        conditions.append(Condition(names, polynomials))
+    return conditions
 
 
 def _rational(images: Sequence[list[Residue]], names: Sequence[str], power: int) -> Any:
@@ -237,13 +237,13 @@ def _rational(images: Sequence[list[Residue]], names: Sequence[str], power: int)
 
 def _monomials(letters: int, count: int) -> list[tuple[int, ...]]:
     """Return exponents by total degree: 1, w, w², … of one letter."""
-    found = [(0,) * letters]
+    exponents = [(0,) * letters]
     for degree in itertools.count(1):
-        if len(found) >= count:
-            return found[:count]
-        found += [e for e in itertools.product(range(degree + 1), repeat=letters)
-                  if sum(e) == degree]  # fmt: skip
-    return found
+        if len(exponents) >= count:
+            return exponents[:count]
+        exponents += [e for e in itertools.product(range(degree + 1), repeat=letters)
+                      if sum(e) == degree]  # fmt: skip
+    return exponents
 
 
 # -- one open number -------------------------------------------------------------------------------
@@ -263,14 +263,14 @@ def _of_one(
             for value in points[len(rows) :]:
                 numbers.values = {names[0]: value}
                 rows.append(defect(numbers, random.Random(seed), power).rows)
-            found = [[_numerator(numbers, points, [r[k][i] for r in rows])
-                      for i in range(len(rows[0][k]))] for k in range(power + 1)]  # fmt: skip
-            if all(e is not None for row in found for e in row):
+            numerators = [[_numerator(numbers, points, [r[k][i] for r in rows])
+                           for i in range(len(rows[0][k]))] for k in range(power + 1)]  # fmt: skip
+            if all(e is not None for row in numerators for e in row):
                 break
         else:
             raise NotInterpolated("an error is no rational function of a low degree in "
                                   f"{names[0]}")  # fmt: skip
-        for k, row in enumerate(found):
+        for k, row in enumerate(numerators):
             for e in row:
                 divisors[k] = divisors[k].gcd(e)
     answers = list[list[list[Residue]]]()
@@ -303,8 +303,8 @@ def of_values(
             if (row := of(value)) is None:
                 return None
             rows.append(row)
-        found = [_quotient(numbers, points, [row[i] for row in rows]) for i in range(len(rows[0]))]
-        if all(e is not None for e in found):
+        ratios = [_quotient(numbers, points, [row[i] for row in rows]) for i in range(len(rows[0]))]
+        if all(e is not None for e in ratios):
             break
     else:
         return None
@@ -312,14 +312,14 @@ def of_values(
     def over(e: Any, lead: Residue) -> list[Residue]:
         return [field.number(int(c)) / lead for c in e.coeffs()]
 
-    leads = [field.number(int(bottom.leading_coefficient())) for _, bottom in found]
+    leads = [field.number(int(bottom.leading_coefficient())) for _, bottom in ratios]
     return [(over(top, lead), over(bottom, lead))
-            for (top, bottom), lead in zip(found, leads, strict=True)]  # fmt: skip
+            for (top, bottom), lead in zip(ratios, leads, strict=True)]  # fmt: skip
 
 
 def _numerator(numbers: Numbers, points: list[Residue], values: list[Residue]) -> Any:
-    found = _quotient(numbers, points, values)
-    return None if found is None else found[0]
+    quotient = _quotient(numbers, points, values)
+    return None if quotient is None else quotient[0]
 
 
 def _quotient(numbers: Numbers, points: list[Residue], values: list[Residue]) -> Any:
@@ -371,7 +371,7 @@ def _of_several(
             return [_product(field, point, e).v for e in monomials]
 
         inverse = nmod_mat(size, size, [e for z in points[:size] for e in at(z)], field.p).inv()
-        found: list[list[list[int]]] = [[] for _ in range(power + 1)]
+        coefficients: list[list[list[int]]] = [[] for _ in range(power + 1)]
         fits = True
         for _ in range(STATES * size if size < 6 else size):
             seed, rows = draw.getrandbits(64), list[Any]()
@@ -387,11 +387,11 @@ def _of_several(
                         sum(a * b for a, b in zip(c, at(z), strict=True)) % field.p == e.v
                         for z, e in zip(points[size:], values[size:], strict=True)
                     )
-                    found[k].append(c)
+                    coefficients[k].append(c)
             if not fits:
                 break
         if fits:
-            return [_reduced(field, rows, size) for rows in found]
+            return [_reduced(field, rows, size) for rows in coefficients]
     raise NotInterpolated(f"an error is no polynomial of a degree up to {MOST_DEGREE} in "
                           f"{', '.join(names)}")  # fmt: skip
 

@@ -75,8 +75,8 @@ class Differentials:
         if (tree, root) not in self._known:
             parts = [self.of(e, 3 - root if root else 0) for e in tree]
             degree = self._power - _size(tree) + 1
-            found = [self._along(e, parts, degree) for e in self._roots[root]]
-            self._known[tree, root] = found
+            entries = [self._along(e, parts, degree) for e in self._roots[root]]
+            self._known[tree, root] = entries
         return self._known[tree, root]
 
     def _along(self, e: Any, fields: Sequence[list[Any]], degree: int) -> Any:
@@ -129,8 +129,8 @@ def _equations(
     size, n = len(z), len(z) // 2
 
     def truncated(entries: Sequence[Any]) -> list[Any]:
-        found = Gaps.of((), entries, field, power).rows
-        return [field.polynomial(list(e)) for e in zip(*found, strict=True)]
+        rows = Gaps.of((), entries, field, power).rows
+        return [field.polynomial(list(e)) for e in zip(*rows, strict=True)]
 
     moved = truncated([a - b for a, b in zip(z, at[0], strict=True)])
     slopes = [truncated(column) for column in M.T]

@@ -193,9 +193,9 @@ def numbers_for(
 
     Raises `CannotMeasure` where no such prime is found.
     """
-    given, seen, found = list(dict.fromkeys(constants)), set[Any](), 0
+    singles, seen, primes = list(dict.fromkeys(constants)), set[Any](), 0
     own = getattr(scheme.rule.method, "own", None)
-    every = [c.expression for c in given if isinstance(c, Algebraic)]
+    every = [c.expression for c in singles if isinstance(c, Algebraic)]
     every += [e for e in (own.numbers if own else ()) if isinstance(e, sympy.Basic)]
     bases = [e for one in every for e in one.atoms(sympy.Pow) if e.base.is_Rational]
     missing = ""
@@ -204,7 +204,7 @@ def numbers_for(
         try:
             for e in bases:  # first, so that nested roots are seen to be independent of them
                 numbers.of(e)
-            for c in given:
+            for c in singles:
                 if not isinstance(c, Open):
                     numbers(c)
             numbers.sizes(scheme, scheme.substeps)
@@ -214,8 +214,8 @@ def numbers_for(
             continue
         if set(numbers.nested) <= seen:
             return numbers
-        found += 1
-        if found == CERTAIN:
+        primes += 1
+        if primes == CERTAIN:
             missing = "a root of a sum may be a sum of roots: write it so"
             break
     raise CannotMeasure(f"of its numbers the field has none: {missing}.")

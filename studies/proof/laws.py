@@ -130,9 +130,9 @@ def laws_of(
     order: of the rule. answer: of a class, a law, the last power that is to be looked at, and
     whether the law has failed on no class before. no_step: class ↦ why a rule has no step there.
     """
-    found: dict[str, dict[str, Answer]] = {}
+    answers: dict[str, dict[str, Answer]] = {}
     for name in laws:
-        told = found.setdefault(name, {})
+        told = answers.setdefault(name, {})
         for e in classes:
             law = law_on(name, e)
             if law is None:
@@ -143,7 +143,7 @@ def laws_of(
             if name in OF_FORM and rule.asks_lagrangian:
                 told[e.name] = Answer(None, True, BY_A_THEOREM)
                 continue
-            kept = found.get("symplectic", {}).get(e.name)
+            kept = answers.get("symplectic", {}).get(e.name)
             if name in OF_FORM and kept is not None and kept.proven:
                 told[e.name] = kept
                 continue
@@ -154,7 +154,7 @@ def laws_of(
             told[e.name] = (
                 answer(e, law, powers[-1], first) if powers else Answer(None, None, TOO_MANY)
             )
-    return found
+    return answers
 
 
 def law_on(name: str, e: SceneClass) -> Law | None:

@@ -101,11 +101,11 @@ def leading_error(
     fields = [numbers_for(every, comparison.scheme, draw) for _ in range(MOST_DRAWN)]
     if any(numbers.unknown for numbers in fields):
         return {}
-    found = [_in_field(comparison, numbers, text, len(terms), names, order, draw)
-             for numbers in fields]  # fmt: skip
-    if any(e is None for e in found):
+    images = [_in_field(comparison, numbers, text, len(terms), names, order, draw)
+              for numbers in fields]  # fmt: skip
+    if any(e is None for e in images):
         return {}
-    return {name: c for name, c in zip(terms, _common(found, names), strict=True) if c is not None}
+    return {name: c for name, c in zip(terms, _common(images, names), strict=True) if c is not None}
 
 
 def no_leading_error(order: int | None, names: Sequence[str]) -> str:
@@ -124,19 +124,19 @@ def of_rule(rule: Discretisation) -> dict[str, Any]:
     return leading_error(lettered(rule, Told()), (), rule.order, e, draw)
 
 
-def _common(found: Sequence[Any], names: Sequence[str]) -> list[Any]:
+def _common(rows: Sequence[Any], names: Sequence[str]) -> list[Any]:
     """Return the coefficients by their images: fractions, or quotients of polynomials."""
     if not names:
-        return [small_fraction(images) for images in zip(*found, strict=True)]
+        return [small_fraction(images) for images in zip(*rows, strict=True)]
     letter, told = sympy.Symbol(names[0]), []
-    for images in zip(*found, strict=True):  # (numerator, denominator) in each field
+    for images in zip(*rows, strict=True):  # (numerator, denominator) in each field
         parts = []
         for polynomials in zip(*images, strict=True):
             if len({*map(len, polynomials)}) != 1:
                 raise NotInterpolated("two draws differ in the degree of a coefficient")
             fractions = [small_fraction(e) for e in zip(*polynomials, strict=True)]
             if None in fractions:
-                return [None] * len(found[0])
+                return [None] * len(rows[0])
             known = [sympy.Rational(e.numerator, e.denominator) for e in fractions if e is not None]
             parts.append(sympy.Add(*(e * letter**k for k, e in enumerate(known))))
         told.append(sympy.factor(parts[0] / parts[1]))

@@ -59,7 +59,7 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
     def with_letters(first: Any, *rest: Any) -> Any:
         # a rule asks its second argument, the groupoid, for letters, and a map the system
         constant = (first if not hasattr(rest[0], "constant") else rest[0]).constant
-        given = {name: sympy.Symbol(name, real=True) for name in names}
+        symbols = {name: sympy.Symbol(name, real=True) for name in names}
         own = {name: sympy.Symbol(name, real=True) for name in free}
         first.parameters = SimpleNamespace(**own)  # those of a class are no scene's
 
@@ -70,7 +70,7 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
             first.df, first.degree = _watched(type(first).df, first, told), None
             # the numbers of the states at which it is asked
             first.letters = lambda z: type(first).letters(first, map(letters, z))
-        value, again = formula(first, *rest, **given), formula(first, *rest, **given)
+        value, again = formula(first, *rest, **symbols), formula(first, *rest, **symbols)
         if value != again:
             raise BadInput(
                 f"{at_line(formula)}{rule.name} gives another value each time it is called: write "
@@ -78,7 +78,7 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
             )
         value = _each(value, letters)
         if hasattr(first, "potential"):
-            told.taken, places = _asked(formula, first, rest, given)
+            told.taken, places = _asked(formula, first, rest, symbols)
             told.places = [_each(e, letters) for e in places]
         return value
 
@@ -89,9 +89,9 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
 def _watched(method: Callable[..., Any], of: Any, told: Told) -> Callable[..., Any]:
     """Return a method that tells when it is called."""
 
-    def called(*given: Any) -> Any:
+    def called(*arguments: Any) -> Any:
         told.taken = max(told.taken, 1)
-        return method(of, *given)
+        return method(of, *arguments)
 
     return called
 
@@ -128,17 +128,19 @@ class _AnyLagrangian:
 @cache
 def _without_formula(name: str) -> Any:
     """Return a function of which nothing is known; who looks for its terms gets an error."""
-    found = sympy.Function(f"{name} of a proof", real=True)
+    function = sympy.Function(f"{name} of a proof", real=True)
     for asked in ("_eval_expand_basic", "coeff", "as_poly"):
-        setattr(found, asked, _no_terms)
-    return found
+        setattr(function, asked, _no_terms)
+    return function
 
 
 def _no_terms(*_: Any, **__: Any) -> Any:
     raise NotImplementedError
 
 
-def _asked(formula: Callable[..., Any], of: Any, rest: Any, given: Any) -> tuple[float, list[Any]]:
+def _asked(
+    formula: Callable[..., Any], of: Any, rest: Any, symbols: Any
+) -> tuple[float, list[Any]]:
     """Return the most derivatives of L in a rule, and the columns (x, v) at which it asks for L.
 
     The number is infinite if the rule needs the formula of L.
@@ -165,7 +167,7 @@ def _asked(formula: Callable[..., Any], of: Any, rest: Any, given: Any) -> tuple
             look(part, swap)
 
     try:
-        value = sympy.sympify(formula(_AnyLagrangian(of), *rest, **given)).doit()
+        value = sympy.sympify(formula(_AnyLagrangian(of), *rest, **symbols)).doit()
         taken = max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0)
         look(value, {})
         return float(taken), [*places]

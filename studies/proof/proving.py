@@ -67,7 +67,7 @@ def prove(
     called with a label and a share of the work. Raises `BadInput` for a program, an order above 12,
     unknown kinds and laws, and a rule that cannot be evaluated.
     """
-    given = lookup.rule(rule)
+    base = lookup.rule(rule)
     for name, words in (("groupoid", groupoid), ("laws", laws)):
         if not isinstance(words, Sequence):
             raise BadInput(f"{name} is {shown(words)}: give a word, or a list of words.")
@@ -79,21 +79,21 @@ def prove(
                 raise unknown(what, word, known)
     if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
         raise BadInput(f"order is {shown(order)}: give a whole number from 1 to {MOST_ORDER}.")
-    if not given.is_formula or not given.composes or given.formula is None:
+    if not base.is_formula or not base.composes or base.formula is None:
         raise BadInput(
-            f"{given.name} is a program, or takes steps that vary: neither has a series in the "
+            f"{base.name} is a program, or takes steps that vary: neither has a series in the "
             "step to be proven; `discmech order` measures it."
         )
     told = Told()
-    asked = lettered(given, told)
-    if (stated := order or given.order) is not None and stated > MOST_ORDER:
-        raise BadInput(f"{given.name} states order {stated}: at most {MOST_ORDER} is proven.")
-    usable = [e for e in classes_of(not given.asks_lagrangian, given.splits)
+    asked = lettered(base, told)
+    if (stated := order or base.order) is not None and stated > MOST_ORDER:
+        raise BadInput(f"{base.name} states order {stated}: at most {MOST_ORDER} is proven.")
+    usable = [e for e in classes_of(not base.asks_lagrangian, base.splits)
               if not asked.refusal(e.scene(1))]  # fmt: skip
     every = [e for e in usable if not kinds or e.kind in kinds]
     if not every:
         asked_for = ", ".join(kinds or KINDS)
-        raise BadInput(f"{given.name} has no meaning on any class of the kinds {asked_for}.")
+        raise BadInput(f"{base.name} has no meaning on any class of the kinds {asked_for}.")
     draw = random.SystemRandom()
     every = _with_degrees(every, asked, stated or 1, draw)
     if stated is None:
@@ -106,7 +106,7 @@ def prove(
     answers, notes = dict[str, Answer](), list[str]()
     for i, e in enumerate(chosen):
         progress(e.name, i / len(chosen))
-        wanted = order if order is not None or given.order is not None else stated
+        wanted = order if order is not None or base.order is not None else stated
         try:
             answers[e.name] = _answer(e, asked, wanted, stated, draw)
         except BadInput as error:
@@ -125,7 +125,7 @@ def prove(
             notes.append(f"no conditions are known: {_sentence(error)}.")
     leading = dict[str, Any]()
     pairs = [e for e in chosen if e.kind == "pair" and not e.forced][:2]
-    if pairs and given.asks_lagrangian and not given.splits:
+    if pairs and base.asks_lagrangian and not base.splits:
         progress("leading error", None)
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
@@ -151,8 +151,8 @@ def prove(
         others = ", ".join(dict.fromkeys(e.kind for e in usable if law_on(law, e)))
         more = f", but of those of --groupoid {others}" if others else ""
         notes.append(f"{law} is no law of these classes{more}.")
-    claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
-    return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
+    claimed = ("symplectic",) if base.claims is not None and base.claims.symplectic else ()
+    return Result(base.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
 
 
 def _usual(order: int) -> int:
@@ -212,12 +212,12 @@ def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[s
 def _beyond(left: list[SceneClass], order: int) -> tuple[dict[str, list[str]], list[str]]:
     """Return {kind: names of classes that may be asked for}, and what is said of larger ones."""
     fits = [e.dear * e.count(order + 1) <= MOST_LETTERS for e in left]
-    found: dict[str, list[str]] = {}
+    kinds: dict[str, list[str]] = {}
     for e in itertools.compress(left, fits):
-        found.setdefault(e.kind, []).append(e.name)
+        kinds.setdefault(e.kind, []).append(e.name)
     large = [e.name for e, is_small in zip(left, fits, strict=True) if not is_small]
     said = f"too large to be asked at order {order}: {'; '.join(large)}."
-    return found, [said] if large else []
+    return kinds, [said] if large else []
 
 
 def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:

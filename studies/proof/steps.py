@@ -253,8 +253,8 @@ class Comparison:
         of = _at_states(equations, tuple(map(tuple, asked)), field)
         n = len(self.s.x)
         try:
-            *found, _ = of(z[:n], z[n:], w, q)
-            return {tuple(field.number(_finite(e)).v for e in state) for state in found}
+            *states, _ = of(z[:n], z[n:], w, q)
+            return {tuple(field.number(_finite(e)).v for e in state) for state in states}
         except (ZeroDivisionError, NotKnown, NotRational):  # not known, and so any number of them
             return {(math.nan, float(k)) for k in range(MOST_STATES)}
 
@@ -333,8 +333,8 @@ def _inverse(rows: Any, field: PrimeField) -> list[Row]:
 
     size = len(rows)
     entries = [field.number(e).v for row in rows for e in row]
-    found = nmod_mat(size, size, entries, field.p).inv()
-    return [[field.number(int(e)) for e in row] for row in found.table()]
+    inverse = nmod_mat(size, size, entries, field.p).inv()
+    return [[field.number(int(e)) for e in row] for row in inverse.table()]
 
 
 def _at(e: Any, k: int) -> Any:

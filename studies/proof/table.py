@@ -48,10 +48,10 @@ def _told(name: str) -> dict[str, Any]:
     """Return the answer of a rule as JSON, its laws on the class with time alone."""
     rule = rules.get(name)
     plain, timed = KINDS
-    found = prove(rule, groupoid=timed, laws=LAWS).to_json()
-    found["classes"] = prove(rule, groupoid=plain, laws=()).to_json()["classes"] | found["classes"]
+    data = prove(rule, groupoid=timed, laws=LAWS).to_json()
+    data["classes"] = prove(rule, groupoid=plain, laws=()).to_json()["classes"] | data["classes"]
     error = of_rule(rule) if rule.asks_lagrangian and rule.method is None else {}
-    return found | {"leading": {name: str(c) for name, c in error.items()}}
+    return data | {"leading": {name: str(c) for name, c in error.items()}}
 
 
 def _line(told: dict[str, Any]) -> list[str]:

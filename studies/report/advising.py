@@ -121,9 +121,9 @@ def _beside(goal: str, entry: Line) -> str:
         low, high = entry["ratios"]
         if low >= FAR:
             return f"{label} {times(ratio)}"
-        held = f"{low:.3g} to {high:.3g}" if (number(high) or FAR) < FAR else f"from {low:.3g} on"
+        span = f"{low:.3g} to {high:.3g}" if (number(high) or FAR) < FAR else f"from {low:.3g} on"
         noun = "the error" if goal == "1e6 periods" else "the time"
-        return f"{label} {times(ratio)} {noun} ({held})"
+        return f"{label} {times(ratio)} {noun} ({span})"
     if goal == "1e6 periods":
         return f"{label} does not hold the energy"
     if number(entry["best"]) is None:

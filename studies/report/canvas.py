@@ -211,15 +211,15 @@ def _scales(axes: Axes) -> str:
     """
     box, point = axes.bbox, 72 / axes.figure.dpi
     top = axes.figure.bbox.height
-    found = []
+    scales = []
     for axis, places, ends in (
         (axes.xaxis, (box.x0, box.x1), axes.get_xlim()),
         (axes.yaxis, (top - box.y0, top - box.y1), axes.get_ylim()),
     ):
         numbers = [float(f"{end:.7g}") for end in ends]
         log = int(axis.get_scale() == "log")
-        found.append([*(round(point * place, 2) for place in places), *numbers, log])
-    return json.dumps(found, separators=(",", ":"))
+        scales.append([*(round(point * place, 2) for place in places), *numbers, log])
+    return json.dumps(scales, separators=(",", ":"))
 
 
 def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> Any:

@@ -86,7 +86,7 @@ def plates(
     """
     look = look or Look()
     known = marks(dict.fromkeys(case.method for result in results for case in result.cases))
-    found, tasks = list[tuple[StudyResult, Sketch]](), list[Task]()
+    pairs, tasks = list[tuple[StudyResult, Sketch]](), list[Task]()
     for result in results:
         study, cases = result.study, list(map(_drawn, result.cases))
         own = {case.method: known[case.method] for case in cases}
@@ -98,9 +98,9 @@ def plates(
             shown = [panel.title for panel in sketch.panels]  # scenes by their titles
             make = partial(_render, study, sketch.name, cases, own, titles, look)
             tasks.append(Task([data, sketch.name, shown], len(shown), make))
-            found.append((result, sketch))
+            pairs.append((result, sketch))
     made = []
-    for (result, sketch), drawn in zip(found, remembered(tasks), strict=True):
+    for (result, sketch), drawn in zip(pairs, remembered(tasks), strict=True):
         definitions |= drawn["definitions"]
         drawing = Drawing(
             drawn["svg"].encode(), b64decode(drawn["pdf"]), b64decode(drawn["png"]),

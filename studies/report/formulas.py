@@ -43,19 +43,19 @@ def ascending(
         above, below = fraction(term)
         simple = above.is_polynomial(h) and not below.has(h)
         (plain if simple else broken).append(term)
-    found = _powers(Add(*plain), h, base)
+    summands = _powers(Add(*plain), h, base)
     if broken:
         above, below = fraction(cancel(together(Add(*broken))))
         number, below = below.as_content_primitive()
         above /= number
         below = Add(*_powers(below, h, ())).xreplace(roots)
         if named is None:
-            return [e.xreplace(roots) for e in (*found, Add(*_powers(above, h, base)) / below)]
+            return [e.xreplace(roots) for e in (*summands, Add(*_powers(above, h, base)) / below)]
         known = {value: letter for letter, value in named.items()}
         letter = known.get(below) or Symbol("Δ" + "′" * len(named), real=True)
         named[letter] = below
-        found += [term / letter for term in _powers(above, h, base)]
-    return [term.xreplace(roots) for term in found]
+        summands += [term / letter for term in _powers(above, h, base)]
+    return [term.xreplace(roots) for term in summands]
 
 
 def _terms_of(e: Any) -> int:
@@ -77,8 +77,8 @@ def _under_roots(expression: Any, h: Any) -> dict[Any, Any]:
     """Return the sums under roots that are free of h, each with a letter that can stand for it."""
     from sympy import Pow, Symbol
 
-    found = {p.base for p in expression.atoms(Pow) if p.base.is_Add and not p.exp.is_Integer}
-    free = sorted((root for root in found if not root.has(h)), key=str)
+    roots = {p.base for p in expression.atoms(Pow) if p.base.is_Add and not p.exp.is_Integer}
+    free = sorted((root for root in roots if not root.has(h)), key=str)
     return {Symbol(f"root {k}", positive=True): root for k, root in enumerate(free)}
 
 
@@ -87,15 +87,15 @@ def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
     from sympy import Add, collect, fraction
 
     powers = collect(_expanded(expression), h, evaluate=False) if expression != 0 else {}
-    found = []
+    summands = []
     for power in sorted(powers, key=lambda p: p.as_base_exp()[1] if p.has(h) else 0):
         kin: dict[Any, list[Any]] = {}
         for term in Add.make_args(_expanded(powers[power])):
             kind = bool(term.free_symbols & set(base))
             kin.setdefault((kind, str(fraction(term)[1].as_coeff_Mul()[1])), []).append(term)
         for _, terms in sorted(kin.items()):
-            found.append(power * _factored(Add(*terms)))
-    return found
+            summands.append(power * _factored(Add(*terms)))
+    return summands
 
 
 @cache  # rules of a scene, and both ends of a step, have most terms in common
@@ -192,14 +192,14 @@ class Typesetter:
         """Return each term with the sign before it, the first without a plus; no term is zero."""
         from sympy.printing.precedence import PRECEDENCE
 
-        found = list[str]()
+        texts = list[str]()
         for term in terms:
             minus = term.as_coeff_Mul()[0].is_negative
-            sign = "<mo>−</mo>" if minus else "<mo>+</mo>" if found else ""
+            sign = "<mo>−</mo>" if minus else "<mo>+</mo>" if texts else ""
             size = (-term if minus else term).xreplace(self.letters)
             least = PRECEDENCE["Mul"] if sign else 0  # a sum without a sign needs no brackets
-            found.append(sign + _typeset(size, least))
-        return found or ["<mn>0</mn>"]
+            texts.append(sign + _typeset(size, least))
+        return texts or ["<mn>0</mn>"]
 
 
 @cache
@@ -216,14 +216,14 @@ def _printer() -> Any:
 
     class Printer(MathMLPresentationPrinter):
         def _print_Function(self, expr: Any) -> Any:
-            name, given = type(expr).__name__, expr.args
+            name, arguments = type(expr).__name__, expr.args
             if name == "Held":
-                return self._print(given[0])
+                return self._print(arguments[0])
             if name == "stumpff":
-                name, given = f"c_{given[0]}", given[1:]
+                name, arguments = f"c_{arguments[0]}", arguments[1:]
             row = self.dom.createElement("mrow")
             row.appendChild(self._print(Symbol(name)))
-            row.appendChild(self._paren_comma_separated(*given))
+            row.appendChild(self._paren_comma_separated(*arguments))
             return row
 
     return Printer()
@@ -236,5 +236,5 @@ def _written(node: Any) -> str:
     inner = "".join(map(_written, node.childNodes))
     if node.tagName == "mrow" and len(node.childNodes) == 1:
         return inner
-    given = "".join(f' {key}="{value}"' for key, value in node.attributes.items())
-    return f"<{node.tagName}{given}>{inner}</{node.tagName}>"
+    attributes = "".join(f' {key}="{value}"' for key, value in node.attributes.items())
+    return f"<{node.tagName}{attributes}>{inner}</{node.tagName}>"

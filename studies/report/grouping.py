@@ -28,10 +28,10 @@ def figures_by_precision(
 
     The caption is at the first figure; the others refer to it.
     """
-    found: list[Sketch] = []
+    sketches: list[Sketch] = []
     for digits, same in precisions(cases).items():
         drawn = [p for scene, own in by_scene(same).items() for p in panels(scene, own, digits)]
-        words = f"As above, with {digits} digits." if found else caption
+        words = f"As above, with {digits} digits." if sketches else caption
         entitled = f"{title}, {digits} digits"
-        found.append(Sketch(f"{name}-{digits}", entitled, words, drawn, sheet, digits))
-    return found
+        sketches.append(Sketch(f"{name}-{digits}", entitled, words, drawn, sheet, digits))
+    return sketches

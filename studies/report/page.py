@@ -216,7 +216,7 @@ def _schemes(
 ) -> list[dict[str, Any]]:
     """Return the schemes of each scene; common parts, such as its Lagrangian, come separately."""
     room = _Room(folder, FORMULAE)
-    found = []
+    sections = []
     for scene, entries in grouped(equations, lambda e: str(e.get("scene") or "")).items():
         shared = [
             key for _, key in _FORMULAE
@@ -235,8 +235,8 @@ def _schemes(
                  "notation": str(entry.get("notation") or ""),
                  "formulae": room.formulae(entry, own, filter(None, names))}
             )  # fmt: skip
-        found.append({"title": titles.get(scene, scene), "schemes": schemes, "shared": common})
-    return found
+        sections.append({"title": titles.get(scene, scene), "schemes": schemes, "shared": common})
+    return sections
 
 
 @dataclass
@@ -250,11 +250,11 @@ class _Room:
         self, entry: Mapping[str, Any], wanted: Iterable[tuple[str, str]], names: Iterable[str]
     ) -> list[dict[str, Any]]:
         """Return for each head of the entry its shown formulas and the file with the rest."""
-        found, before = [], list(names)
+        groups, before = [], list(names)
         for head, key in wanted:
-            given = entry.get(key) or []
+            formulas = entry.get(key) or []
             long, shown = [], []
-            for formula in [given] if isinstance(given, str) else given:
+            for formula in [formulas] if isinstance(formulas, str) else formulas:
                 small = display(spaced(formula))
                 if len(small) > max(SHORT_FORMULA, min(LONGEST_FORMULA, self.left)):
                     long.append(formula)
@@ -265,8 +265,8 @@ class _Room:
             if link:
                 self.folder.joinpath(link).write_text(together(long), encoding="utf-8")
             if shown or long:
-                found.append({"head": head, "shown": shown, "link": link})
-        return found
+                groups.append({"head": head, "shown": shown, "link": link})
+        return groups
 
 
 _SCENE: dict[str, Any] = dict.fromkeys(

@@ -81,21 +81,21 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
     has that colour: all colours are used before one is used again. Lines of one colour, or of two
     that are alike, differ in their dashes too, since not every figure has marks.
     """
-    found: dict[str, Mark] = {}
+    looks: dict[str, Mark] = {}
     names = [(rule, rule.removesuffix(", exp").removesuffix(BY_TOLERANCE)) for rule in rules]
     known = _FIXED | _PEERS
     for rule, base in sorted(names, key=lambda pair: (pair[1] not in known, pair[0] != pair[1])):
-        others = [mark for name, mark in found.items() if name != base]
-        own = (found[base].colour, found[base].marker) if base in found else known.get(base)
+        others = [mark for name, mark in looks.items() if name != base]
+        own = (looks[base].colour, looks[base].marker) if base in looks else known.get(base)
         colour, marker = own or _by_name(base, others)
         near = (colour, ALIKE.get(colour))
-        taken = {mark.dash for mark in found.values() if mark.colour in near}
+        taken = {mark.dash for mark in looks.values() if mark.colour in near}
         steps = rule.removesuffix(", exp")
         wished = DOTS if base != steps else LONG if base != rule else _DASHES[0]
         wished = SHORT if base in _PEERS else wished
         dash = next((each for each in (wished, *_DASHES) if each not in taken), wished)
-        found[rule] = Mark(colour, marker, dash, hollow=base != steps)
-    return found
+        looks[rule] = Mark(colour, marker, dash, hollow=base != steps)
+    return looks
 
 
 def _by_name(rule: str, others: Collection[Mark]) -> tuple[str, str]:

@@ -48,8 +48,8 @@ class Line:
     @property
     def curve(self) -> Curve:
         """The points that are drawn, (step, error)."""
-        found = [(abs(p.step), p.error) for p in self.points if p.drawn and p.step and p.error]
-        return sorted(found)
+        points = [(abs(p.step), p.error) for p in self.points if p.drawn and p.step and p.error]
+        return sorted(points)
 
     @property
     def label(self) -> str:
@@ -154,11 +154,11 @@ def slope_marks(axes: Axes, fellows: dict[float, list[Curve]], curves: Sequence[
 def _along(axes: Axes, curves: Sequence[Curve]) -> Curve:
     """Return many points along the curves, as fractions of the axes, and one far away."""
     to_axes = axes.transData + axes.transAxes.inverted()
-    found = [(2.0, 2.0)]
+    points = [(2.0, 2.0)]
     for curve in curves:
         for (x0, y0), (x1, y1) in pairwise(to_axes.transform(point) for point in curve):
-            found += [(x0 + (x1 - x0) * k / 8, y0 + (y1 - y0) * k / 8) for k in range(9)]
-    return found
+            points += [(x0 + (x1 - x0) * k / 8, y0 + (y1 - y0) * k / 8) for k in range(9)]
+    return points
 
 
 def _outline(width: float, height: float) -> Curve:

@@ -25,12 +25,12 @@ HALF = 0.36  # half the height of a strip; strips are 1 apart
 
 def momenta(cases: Sequence[AnyResult]) -> list[str]:
     """Return the names of the momentum maps of a scene, in the order of the report."""
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for case in cases:
-        found |= dict.fromkeys(case.measured.drift)
+        names |= dict.fromkeys(case.measured.drift)
         for row in case.rows[:1]:
-            found |= dict.fromkeys(row.drift)
-    return list(found)
+            names |= dict.fromkeys(row.drift)
+    return list(names)
 
 
 def drift(
@@ -101,15 +101,15 @@ def drifted(case: AnyResult, name: str) -> str:
 def _drifts(case: AnyResult, name: str) -> list[tuple[float, float]]:
     """Return steps and drift; for many rows the worst in each of equal logarithmic bins."""
     worst: dict[int, tuple[float, float]] = {}
-    found = []
+    pairs = []
     for row in case.rows:
         value = row.drift.get(name)
         if row.step > 0 and value is not None:
-            found.append((float(row.step), abs(value)))
-    if len(found) <= BINS:
-        return sorted(found)
-    low, high = (math.log(edge) for edge in (min(found)[0], max(found)[0]))
-    for step, value in found:
+            pairs.append((float(row.step), abs(value)))
+    if len(pairs) <= BINS:
+        return sorted(pairs)
+    low, high = (math.log(edge) for edge in (min(pairs)[0], max(pairs)[0]))
+    for step, value in pairs:
         key = int(BINS * (math.log(step) - low) / (high - low + 1e-12))
         if key not in worst or value > worst[key][1]:
             worst[key] = (step, value)
@@ -191,13 +191,13 @@ def _two(value: float) -> str:
 
 def _envelope(case: AnyResult) -> list[tuple[float, float, float]]:
     """Return time, smallest and largest error of each stretch; with few rows each is a stretch."""
-    found = sorted((row.time, row.error) for row in case.rows
+    pairs = sorted((row.time, row.error) for row in case.rows
                    if row.time is not None and row.error is not None)  # fmt: skip
-    if len(found) <= 2 * BINS:
-        return [(time, error, error) for time, error in found]
+    if len(pairs) <= 2 * BINS:
+        return [(time, error, error) for time, error in pairs]
     kept = []
     for k in range(BINS):
-        part = found[k * len(found) // BINS : (k + 1) * len(found) // BINS]
+        part = pairs[k * len(pairs) // BINS : (k + 1) * len(pairs) // BINS]
         errors = [error for _, error in part]
         # the first and the last stretch reach the ends of the run
         time = part[0 if k == 0 else -1 if k == BINS - 1 else len(part) // 2][0]

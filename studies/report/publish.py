@@ -53,8 +53,8 @@ def published(folder: Path, last: str) -> Iterator[Path]:
 def _is_all(folder: Path, ours: set[str]) -> bool:
     """Return True if a folder has these files, and folders for them, and nothing else."""
     parts = {str(parent) for name in ours for parent in Path(name).parents}
-    found = {str(path.relative_to(folder)) for path in folder.rglob("*")}
-    return found <= ours | parts and not any(p.is_symlink() for p in folder.rglob("*"))
+    paths = {str(path.relative_to(folder)) for path in folder.rglob("*")}
+    return paths <= ours | parts and not any(p.is_symlink() for p in folder.rglob("*"))
 
 
 def _may_be_exchanged(folder: Path) -> bool:

@@ -87,16 +87,16 @@ def words(past: Sequence[Found]) -> str:
     return f"{told(groups[-1])}, since {since}{same}; before: {told(groups[-2])}{more}"
 
 
-def _heights(found: Sequence[tuple[str, str]]) -> list[float]:
+def _heights(figures: Sequence[tuple[str, str]]) -> list[float]:
     """Return heights from the first number that changes, logarithmic beyond one decade.
 
     If no number changes, or runs have different counts of numbers, each new figure is one higher.
     """
-    numbers = [numbers_in(figure) for figure, _ in found]
+    numbers = [numbers_in(figure) for figure, _ in figures]
     if len(set(map(len, numbers))) == 1:
         for column in zip(*numbers, strict=True):
             if len(set(column)) > 1 and all(map(math.isfinite, column)):
                 decades = min(column) > 0 and max(column) > 10 * min(column)
                 return [math.log10(value) if decades else value for value in column]
-    kinds = list(dict.fromkeys(found))
-    return [float(kinds.index(one)) for one in found]
+    kinds = list(dict.fromkeys(figures))
+    return [float(kinds.index(one)) for one in figures]

@@ -26,25 +26,25 @@ def merged(results: Sequence[StudyResult]) -> list[StudyResult]:
 
     Each case records the command that it came from.
     """
-    found: dict[str, StudyResult] = {}
+    studies: dict[str, StudyResult] = {}
     for result in results:
         cases = [replace(case, study_command=result.command) for case in result.cases]
-        before = found.get(result.study)
+        before = studies.get(result.study)
         said = [result.verdict, *(case.verdict for case in cases if case.counts)]
         if before is not None:
             result, cases = before, [*before.cases, *cases]
             said.append(before.verdict)
-        found[result.study] = replace(result, cases=cases, verdict=worst(said))
-    known = [name for name in every_study() if name in found]
-    return [found[name] for name in [*known, *(n for n in found if n not in known)]]
+        studies[result.study] = replace(result, cases=cases, verdict=worst(said))
+    known = [name for name in every_study() if name in studies]
+    return [studies[name] for name in [*known, *(n for n in studies if n not in known)]]
 
 
 def tally(cases: Sequence[AnyResult]) -> dict[str, int]:
     """Return the number of cases with each verdict, and of controls that were caught."""
     sound = [case.verdict for case in cases if case.counts and not case.control]
     wrong = [case.word for case in cases if case.control and case.word != "equivalent"]
-    found = {name: sound.count(name) for name in VERDICTS}
-    return found | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("caught")}
+    counts = {name: sound.count(name) for name in VERDICTS}
+    return counts | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("caught")}
 
 
 def headline(studies: Sequence[StudyResult]) -> dict[str, str]:
@@ -109,13 +109,13 @@ def trouble(studies: Sequence[StudyResult]) -> list[dict[str, Any]]:
 
 def machine(results: Sequence[StudyResult]) -> list[tuple[str, str]]:
     """Return the common properties of the runs; if they differ, every value."""
-    found: dict[str, dict[str, None]] = {}
+    properties: dict[str, dict[str, None]] = {}
     for result in results:
         for key, value in result.record.items():
             if key not in ("settings", "seconds", "date"):
                 word = {True: "yes", False: "no", None: "—"}.get(value, str(value))
-                found.setdefault(str(key).replace("_", " "), {})[word] = None
-    return [(key, " · ".join(values)) for key, values in found.items()]
+                properties.setdefault(str(key).replace("_", " "), {})[word] = None
+    return [(key, " · ".join(values)) for key, values in properties.items()]
 
 
 def when(case: AnyResult) -> str:
@@ -136,14 +136,14 @@ def _dates(cases: Sequence[AnyResult]) -> str:
 
 def runs(results: Sequence[StudyResult]) -> list[dict[str, str]]:
     """Return when each study ran, how long it took, and its settings."""
-    found = []
+    rows = []
     for result in results:
         settings = (result.record.get("settings") or {}).items()
         seconds = result.record.get("seconds")
-        found.append(
+        rows.append(
             {"study": result.study, "command": result.command,
              "date": _dates(result.cases) or str(result.record.get("date") or "—"),
              "seconds": "—" if seconds is None else f"{seconds:.1f}",
              "settings": ", ".join(f"{key} = {value}" for key, value in settings) or "—"}
         )  # fmt: skip
-    return found
+    return rows

@@ -38,15 +38,15 @@ def inline_panels(
     """
     root = ET.fromstring(svg)
     groups = {element.get("id"): element for element in root.iter()}
-    found = []
+    drawings = []
     for index, (cell, words, scale) in enumerate(zip(cells, spoken, scales, strict=True), 1):
         box = " ".join(f"{edge:g}" for edge in cell)
         head = f'<svg class="plot" viewBox="{box}" role="img" data-axes="{scale}" '
         body = _joined(_written(groups[f"axes_{index}"], definitions))
-        found.append(f'{head}aria-label="{escape(words)}">{body}</svg>')
+        drawings.append(f'{head}aria-label="{escape(words)}">{body}</svg>')
     for element in root.findall(".//{*}defs"):
         _written(element, definitions)
-    return found
+    return drawings
 
 
 def short_names(page: str) -> str:
@@ -58,7 +58,7 @@ def short_names(page: str) -> str:
 
 def _written(element: ET.Element, definitions: dict[str, str], defined: bool = False) -> list[str]:
     """Return the drawing of an element without superfluous groups; move its definitions away."""
-    tag, found = element.tag.rpartition("}")[2], {}
+    tag, attributes = element.tag.rpartition("}")[2], {}
     if tag == "defs":
         for shape in element:
             if name := shape.get("id"):
@@ -66,33 +66,33 @@ def _written(element: ET.Element, definitions: dict[str, str], defined: bool = F
         return []
     for key, value in element.attrib.items():
         if key == "style":
-            name = found["class"] = _name(value)
+            name = attributes["class"] = _name(value)
             definitions[name] = f"<style>.{name}{{{_COLOUR.sub(_themed, value)}}}</style>"
         elif key == "id":
             if defined:
-                found["id"] = _name(value)
+                attributes["id"] = _name(value)
             elif value.startswith("matplotlib.axis"):
-                found["class"] = "axis"
+                attributes["class"] = "axis"
         elif key.endswith(("href", "clip-path")):
-            found[key.rpartition("}")[2]] = _REFERENCE.sub(lambda m: f"#{_name(m[1])}", value)
+            attributes[key.rpartition("}")[2]] = _REFERENCE.sub(lambda m: f"#{_name(m[1])}", value)
         elif key == "d":
-            found[key] = _route(value, 100 if defined and len(value) < SMALL else 10)
+            attributes[key] = _route(value, 100 if defined and len(value) < SMALL else 10)
         elif not value.startswith("rotate(-0 "):
-            found[key] = _NUMBER.sub(lambda m: _short(float(m[0])), value)
+            attributes[key] = _NUMBER.sub(lambda m: _short(float(m[0])), value)
     inner = [part for child in element for part in _written(child, definitions, defined)]
     if tag == "g":
-        if not found:
+        if not attributes:
             return inner
-        if found.get("class") == "axis":  # no part of it covers another part
+        if attributes.get("class") == "axis":  # no part of it covers another part
             inner.sort()
         heads = {part.partition(" href=")[0] for part in inner}
         if len(heads) == 1 and (head := heads.pop()).startswith("<use class="):
-            found["class"] = head.partition("=")[2]
+            attributes["class"] = head.partition("=")[2]
             inner = [part.replace(head, "<use", 1) for part in inner]
     text = escape((element.text or "").strip(), quote=False) + _joined(inner)
     drawn = f"<{tag}" + "".join(
         f' {key}="{escape(value)}"' if key == "d" or _QUOTED.search(value) else f" {key}={value}"
-        for key, value in sorted(found.items())
+        for key, value in sorted(attributes.items())
     )
     if text:
         return [f"{drawn}>{text}</{tag}>"]
@@ -101,14 +101,14 @@ def _written(element: ET.Element, definitions: dict[str, str], defined: bool = F
 
 def _joined(parts: Sequence[str]) -> str:
     """Join neighbouring paths of one style."""
-    found: list[str] = []
+    paths: list[str] = []
     for part in parts:
         head, d, route = part.partition(' d="')
-        if found and head.startswith("<path") and found[-1].startswith(head + d):
-            found[-1] = found[-1].removesuffix('"/>') + route
+        if paths and head.startswith("<path") and paths[-1].startswith(head + d):
+            paths[-1] = paths[-1].removesuffix('"/>') + route
         else:
-            found.append(part)
-    return "".join(found)
+            paths.append(part)
+    return "".join(paths)
 
 
 def _name(content: str) -> str:
@@ -122,19 +122,19 @@ def _themed(match: re.Match[str]) -> str:
 
 def _route(d: str, unit: int) -> str:
     """Return a path in relative steps, with `unit` steps to a point."""
-    found, before, start = "", (0, 0), (0, 0)
+    path, before, start = "", (0, 0), (0, 0)
     for letter, rest in _COMMAND.findall(d):
         if letter == "z":
-            found, before = found + "z", start
+            path, before = path + "z", start
             continue
         numbers = [round(unit * float(n)) for n in rest.split()]
         steps = [(n - before[k % 2]) / unit for k, n in enumerate(numbers)]
         before = (numbers[-2], numbers[-1])
         if letter == "M":
             steps, start = [n / unit for n in numbers], before
-        found += letter if letter == "M" else letter.lower()
-        found += _STEP.sub("", " ".join(map(_short, steps)))
-    return found
+        path += letter if letter == "M" else letter.lower()
+        path += _STEP.sub("", " ".join(map(_short, steps)))
+    return path
 
 
 def _short(value: float) -> str:

@@ -89,10 +89,10 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(entry) for entry in value]
     try:
-        found = float(value)
+        number = float(value)
     except (TypeError, ValueError, OverflowError):
         return str(value)
-    return found if math.isfinite(found) else None
+    return number if math.isfinite(number) else None
 
 
 def strict(result: StudyResult) -> tuple[StudyResult, str]:
@@ -108,17 +108,17 @@ def strict(result: StudyResult) -> tuple[StudyResult, str]:
 
 def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested dicts as one: measured.order, measured.interval.low, measured.drift.NAME."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for key, entry in value.items():
         if not isinstance(entry, _NESTED):
-            found[prefix + key] = entry
+            entries[prefix + key] = entry
         elif isinstance(entry, dict):
-            found |= flat(entry, f"{prefix}{key}.")
+            entries |= flat(entry, f"{prefix}{key}.")
         elif len(entry) == 2:
-            found |= {f"{prefix}{key}.low": entry[0], f"{prefix}{key}.high": entry[1]}
+            entries |= {f"{prefix}{key}.low": entry[0], f"{prefix}{key}.high": entry[1]}
         else:
-            found[prefix + key] = entry
-    return found
+            entries[prefix + key] = entry
+    return entries
 
 
 _NESTED = (dict, list, tuple)
@@ -184,7 +184,7 @@ def paper_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> s
     several columns a scene (`View.paper`). What did not pass has an asterisk. Controls are left
     out. labels: {rule: text}.
     """
-    shown, found = labels or {}, []
+    shown, lines = labels or {}, []
     parts = view_of(result.study).paper or [("", got)]
     cases = [case for case in result.cases if not case.control]
     for digits in sorted({case.digits for case in cases}):
@@ -198,9 +198,9 @@ def paper_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> s
         for rule in dict.fromkeys(rule for rule, _ in cells):
             line = [cell for scene in scenes for cell in cells.get((rule, scene), nothing)]
             body.append(" & ".join([tex(shown.get(rule, rule)), *line]) + r" \\")
-        found += [f"% {result.study}, {digits} digits", *body]
-        found += [r"\bottomrule", r"\end{tabular}", ""]
-    return "\n".join(found)
+        lines += [f"% {result.study}, {digits} digits", *body]
+        lines += [r"\bottomrule", r"\end{tabular}", ""]
+    return "\n".join(lines)
 
 
 def _raced(case: AnyResult) -> str:
@@ -251,13 +251,13 @@ def rich_table(
     """Return a table for a terminal, with cells in rich's markup; numbers are aligned right."""
     from rich.table import Table
 
-    found = Table(title=title, title_style=style)
+    table = Table(title=title, title_style=style)
     for head in heads:
         right = head in numbers
-        found.add_column(head, overflow="fold", justify="right" if right else "left")
+        table.add_column(head, overflow="fold", justify="right" if right else "left")
     for line in lines:
-        found.add_row(*line)
-    return found
+        table.add_row(*line)
+    return table
 
 
 def terminal_table(result: StudyResult) -> Table:

@@ -109,17 +109,17 @@ def _cell(cases: Sequence[AnyResult]) -> Cell:
 
 def of_schemes(result: StudyResult) -> list[str]:
     """Return for each rule where it is self-adjoint and where not, or what known method it is."""
-    found: dict[str, dict[str, list[str]]] = {}
+    methods: dict[str, dict[str, list[str]]] = {}
     for scheme in result.schemes or ():
         adjoint, known = ADJOINT.get(scheme["self_adjoint"]), scheme.get("known")
         for words in filter(None, (adjoint, known and KNOWN.format(*known))):
-            places = found.setdefault(_method(scheme), {}).setdefault(words, [])
+            places = methods.setdefault(_method(scheme), {}).setdefault(words, [])
             places.append(str(scheme["scene"]))
     return [
         f"{name}: "
         + "; ".join(f"{words} on {', '.join(dict.fromkeys(on))}" for words, on in places.items())
         + "."
-        for name, places in found.items()
+        for name, places in methods.items()
     ]
 
 
@@ -199,9 +199,9 @@ def side_by_side(result: StudyResult) -> Table:
     """Return the comparison for a terminal."""
     from rich.markup import escape
 
-    found = comparison(result)
-    lines = [[escape(cell) for cell in line] for line in found["lines"]]
-    return rich_table(found["title"], found["heads"], lines)
+    parts = comparison(result)
+    lines = [[escape(cell) for cell in line] for line in parts["lines"]]
+    return rich_table(parts["title"], parts["heads"], lines)
 
 
 def _method(line: Mapping[str, Any]) -> str:
@@ -230,16 +230,16 @@ def troubles(result: StudyResult) -> list[str]:
         sorted(bad, key=lambda case: VERDICTS.index(case.verdict)),
         lambda case: (case.verdict, case.scene, case.rule, case.retraction, case.reason),
     )
-    found = []
+    paragraphs = []
     reasons = whys([first for first, *_ in alike.values()])
     for ((said, *_), (first, *more)), reason in zip(alike.items(), reasons, strict=True):
         others = ", ".join(dict.fromkeys(case.study for case in more))
-        found.append(
+        paragraphs.append(
             f"{MARKS[said]} {first.study}: {first.name}: {reason}"
             + (f"\n  and so {len(more)} more of {others}" if more else "")
             + f"\n  again: {first.again}"
         )
-    return found
+    return paragraphs
 
 
 def summary(result: StudyResult) -> str:

@@ -52,14 +52,14 @@ def raised(power: int) -> str:
 
 def scientific(value: Any, places: int = 1) -> str:
     """Return 3.1×10⁻¹⁶, or plain digits if they are as short, or a dash if it is no number."""
-    found = number(value)
-    if found is None:
+    figure = number(value)
+    if figure is None:
         return NONE
-    if found == 0:
+    if figure == 0:
         return "0"
-    if 0.01 <= abs(found) < 1000:
-        return f"{found:.{places + 2}g}".replace("-", "−")
-    return in_tens(found, places)
+    if 0.01 <= abs(figure) < 1000:
+        return f"{figure:.{places + 2}g}".replace("-", "−")
+    return in_tens(figure, places)
 
 
 def numbers_in(words: str) -> list[float]:
@@ -81,19 +81,19 @@ def plus_minus(value: Any, interval: Any) -> str:
 
     Numbers smaller than 0.001 get a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
     """
-    found = number(value)
-    if found is None:
+    figure = number(value)
+    if figure is None:
         return NONE
     low, high = _ends(interval)
     if low is None or high is None:
-        return f"{found:.3f}"
-    half = max(high - found, found - low, 0.0)
-    if abs(found) < 1e-3 and half < 1e-3:
-        return _small(found, half)
+        return f"{figure:.3f}"
+    half = max(high - figure, figure - low, 0.0)
+    if abs(figure) < 1e-3 and half < 1e-3:
+        return _small(figure, half)
     decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
     unit = 10.0**-decimals
     half = max(math.ceil(half / unit - 1e-9), 1) * unit
-    return f"{found:.{decimals}f} ± {half:.{decimals}f}"
+    return f"{figure:.{decimals}f} ± {half:.{decimals}f}"
 
 
 def _small(value: float, half: float) -> str:
@@ -132,7 +132,7 @@ def whys(cases: Sequence[AnyResult]) -> list[str]:
 
     Causes that differ only in their figures count as one.
     """
-    found, told = list[str](), dict[str, str]()
+    reasons, told = list[str](), dict[str, str]()
     for case in cases:
         words = why(case)
         figure, mark, cause = words.partition(" Cause: ")
@@ -141,8 +141,8 @@ def whys(cases: Sequence[AnyResult]) -> list[str]:
             words = f"{figure} Cause: as of {told[key]}." if mark else f"As {told[key]}."
         elif words:
             told[key] = case.name
-        found.append(words)
-    return found
+        reasons.append(words)
+    return reasons
 
 
 def limit(case: AnyResult) -> str:

@@ -32,12 +32,12 @@ def measure(case: Case) -> FoundOfNumbers:
     If the program takes no negative step and H is even in the momentum, the step back is one forth
     with reversed momenta.
     """
-    found, scale, seed = looks(case.scheme)
+    all_looks, scale, seed = looks(case.scheme)
     rows: list[OfReturn] = []
-    first = [look for look in found if look.count == 1]
+    first = [look for look in all_looks if look.count == 1]
     rule: Any = case.rule
     if rule.remembers or rule.runs:  # a run need not be its steps: a long one goes back
-        first.append(replace(next(look for look in found if look.count > 1), count=LONG))
+        first.append(replace(next(look for look in all_looks if look.count > 1), count=LONG))
     first += [Look(np.array([float(e) for e in (*place.x, *place.mu)]), place.t, place.step, 1,
                    first[0].rate) for place in _seen(case)]  # fmt: skip
     further = more_looks(case.scheme, scale, seed)

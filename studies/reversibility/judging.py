@@ -20,8 +20,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_numbers(case, decoded(FoundOfNumbers, measurement))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
-    found, wanted = decoded(Found, measurement), of_a_step(case.digits)
-    defect, expected = found.measured.defect, {"limit": wanted}
+    record, wanted = decoded(Found, measurement), of_a_step(case.digits)
+    defect, expected = record.measured.defect, {"limit": wanted}
     if defect is not None and defect <= wanted:
         return demand_consistency(measurement, Verdict("pass", "", expected), WAY_BACK.name)
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
@@ -29,22 +29,22 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     return Verdict("fail", said, expected)
 
 
-def _judge_numbers(case: Case, found: FoundOfNumbers) -> Verdict:
+def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, and pass a resolved absence."""
-    measured, expected = found.measured, dict[str, Any](resolved=resolved(case))
+    measured, expected = record.measured, dict[str, Any](resolved=resolved(case))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if measured.defect is None:
-        said = f"no step back could be made: {found.rows[0].why_not}."
+        said = f"no step back could be made: {record.rows[0].why_not}."
         return Verdict("inconclusive", said, expected)
     if measured.certain:
-        row = max(found.rows, key=lambda row: row.certain or 0.0)
+        row = max(record.rows, key=lambda row: row.certain or 0.0)
         back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
         said = f"{back} the start by {measured.certain:.2g} of the motion beyond all "
         said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: Φ₋ₕ is not the "
         said += "inverse of Φₕ."
         return Verdict("fail", said, expected)
-    left, resolution = found.left or 0.0, measured.resolution or 0.0
+    left, resolution = record.left or 0.0, measured.resolution or 0.0
     expected["left"] = left
     if resolution <= resolved(case) * left:
         return Verdict("pass", "", expected)

@@ -74,23 +74,23 @@ def exchange_errors(
 
     Errors are relative to the springs' whole energy at the start.
     """
-    wanted, found = reference(omega), dict[float, float | None]()
+    wanted, errors = reference(omega), dict[float, float | None]()
     scheme = FAMILIES["fpu"].scheme(derived, omega)
     for z in several:
         try:
             energies, step = slow_energies(scheme, omega, z)
         except StepFailure:
-            found[float(z)] = None
+            errors[float(z)] = None
         else:
-            found[float(step * omega)] = float(np.abs(energies - wanted).max() / wanted[0].sum())
-    return found
+            errors[float(step * omega)] = float(np.abs(energies - wanted).max() / wanted[0].sum())
+    return errors
 
 
 def exchange_when_stiffer(derived: Scheme, thorough: bool) -> dict[float, float | None]:
     """Return {ω: error at hω = COARSE}, to T = 2ω."""
     errors = {float(omega): exchange_errors(derived, omega, [COARSE])
               for omega in (THOROUGH if thorough else STIFFER)}  # fmt: skip
-    return {omega: next(iter(found.values())) for omega, found in errors.items()}
+    return {omega: next(iter(entry.values())) for omega, entry in errors.items()}
 
 
 def adiabatic(derived: Scheme) -> dict[float, float | None]:
@@ -98,15 +98,15 @@ def adiabatic(derived: Scheme) -> dict[float, float | None]:
 
     The value of a run that stops is None.
     """
-    found = dict[float, float | None]()
+    changes = dict[float, float | None]()
     for omega in LONG_OMEGAS:
         scheme, step = FAMILIES["fpu"].scheme(derived, omega), LONG_Z / omega
         steps = int(LONG_TIME / step)
         try:
             run = scheme.flow(step).trajectory(steps, every=max(1, steps // 100_000))
         except StepFailure:
-            found[float(omega)] = None
+            changes[float(omega)] = None
         else:
             energies = spring_energies(run, float(omega)).sum(axis=1)
-            found[float(omega)] = float(np.abs(energies / energies[0] - 1).max())
-    return found
+            changes[float(omega)] = float(np.abs(energies / energies[0] - 1).max())
+    return changes

@@ -27,21 +27,21 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     family's bound excludes it as an effect of the energy's error; on fpu the exchange of energy at
     hω = 1/10 is right to a tenth. Controls: no interval at all, no bounded cell at all.
     """
-    found = decoded(Found, measurement)
-    measured = found.measured
-    if found.kind == "linear":
+    record = decoded(Found, measurement)
+    measured = record.measured
+    if record.kind == "linear":
         return _judge_linear(case, measured)
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
-        return _judge_ends(found.rows) or Verdict("pass", "", {"not_demanded": reason})
+        return _judge_ends(record.rows) or Verdict("pass", "", {"not_demanded": reason})
     own = case.scene.name not in FAMILIES
     if own and (verdict := _judge_own(measured)) is not None:
         return verdict
-    held = None if own else FAMILIES[case.scene.name].held
+    bound = None if own else FAMILIES[case.scene.name].held
     # a run of the scene's own motion is held to the fastest rate of that motion
     slower = (measured.frequency or 1.0) / (measured.fastest or 1.0) if own else 1.0
     most = LIMITS["resolved"] * (1 + 1e-9) * min(1.0, slower)
-    inside = [row for row in found.rows if row.z <= most]
-    loose = [row for row in inside if held and row.z > held(Fraction(row.stiffness))]
+    inside = [row for row in record.rows if row.z <= most]
+    loose = [row for row in inside if bound and row.z > bound(Fraction(row.stiffness))]
     expected = {"bounded_up_to": LIMITS["resolved"] * min(1.0, slower), "of": len(inside),
                 "escapes_not_judged": len(loose)}  # fmt: skip
     if case.control:
@@ -56,7 +56,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if not bad:
         return _judge_exchange(measured, expected)
     row = bad[0]
-    said = f"{row.outcome} at hω = {row.z:.3g} and {found.label} = "
+    said = f"{row.outcome} at hω = {row.z:.3g} and {record.label} = "
     said += f"{row.stiffness:g}, where the step resolves the motion"
     if own and all(row.outcome == UNSOLVED for row in bad):
         # the fastest rate is that of the reference, which is shorter than the run

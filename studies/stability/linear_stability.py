@@ -166,13 +166,13 @@ def _peaks(excess: Callable[[float], float]) -> Iterator[float]:
     values = [excess(float(z)) for z in GRID]
     for i in range(1, len(GRID) - 1):
         if -0.02 < values[i] < 0 and values[i] >= max(values[i - 1], values[i + 1]):
-            found = optimize.minimize_scalar(
+            peak = optimize.minimize_scalar(
                 lambda z: -excess(z), bounds=(GRID[i - 1], GRID[i + 1]), method="bounded",
                 options={"xatol": 1e-9},
             )  # fmt: skip
             # at a double root |tr M| only touches 2, and round-off decides the sign
-            if -found.fun > 1e-12:
-                yield float(found.x)
+            if -peak.fun > 1e-12:
+                yield float(peak.x)
 
 
 def resonances(step: Step) -> dict[str, float | None]:
@@ -184,9 +184,9 @@ def resonances(step: Step) -> dict[str, float | None]:
     def above(z: float, level: float) -> float:
         return float(np.trace(step(z))) - level
 
-    found: dict[str, float | None] = {}
+    crossings: dict[str, float | None] = {}
     for name, level in (("1:3", -1.0), ("1:4", 0.0)):
         pairs = pairwise((float(z), above(float(z), level)) for z in GRID)
         ends = [[a, b] for (a, before), (b, after) in pairs if before > 0 >= after]
-        found[name] = optimize.brentq(above, *ends[0], (level,), **LAST_BITS) if ends else None
-    return found
+        crossings[name] = optimize.brentq(above, *ends[0], (level,), **LAST_BITS) if ends else None
+    return crossings

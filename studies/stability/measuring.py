@@ -47,7 +47,7 @@ def cases(choice: Choice) -> list[Case]:
     if choice.digits and 16 not in choice.digits:
         return []
     rules = choice.rules or tuple(discretisations.BUILT_IN.values())
-    found = []
+    all_cases = []
     for scene in choice.scenes or scenes.all_scenes():
         by_name = choice.asked("by_name", True)  # True unless `verify` asks for all studies
         asked = by_name and scene in choice.scenes
@@ -55,12 +55,12 @@ def cases(choice: Choice) -> list[Case]:
             # the oscillator of a rule that splits is only fast
             own = scene.name in FAMILIES or (asked and judged_here(scene))
             if scene.name == LINEAR or (own and rule.applies(scene)):
-                found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
+                all_cases.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
         for control in CONTROLS.get(scene.name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
                 words = (16, choice.steps, control, choice.thorough)
-                found.append(Case(NAME, scene, midpoint, *words))
-    return found
+                all_cases.append(Case(NAME, scene, midpoint, *words))
+    return all_cases
 
 
 def rules_beside(case: Case) -> list[Discretisation]:
@@ -90,14 +90,14 @@ def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     at = equilibrium(case.scene)
     family, label = family_of(case.scene, at), f"{case.scene.name} {case.label}"
     progress(f"{label}: linear stability", 0.0)
-    found = Linearised(case.scheme, at).measured()
+    figures = Linearised(case.scheme, at).measured()
     rows = stability_map(
         family, case.scheme, case.thorough, steps=case.steps or OWN_STEPS,
         progress=lambda share: progress(f"{label}: stability map", share),
     )  # fmt: skip
     return _of_map(
         family, rows, equilibrium=[float(e) for e in at.z], given=at.given, turns=at.turns,
-        frequency=at.frequency, fastest=fastest_along(case.scene), **found,
+        frequency=at.frequency, fastest=fastest_along(case.scene), **figures,
     )  # fmt: skip
 
 
@@ -180,10 +180,10 @@ def measure_map(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     if family.adiabatic and not case.control and case.rule.is_formula:
         progress(f"{label}: exchange of energy", 0.9)
         measured["exchange"] = {f"{z:.3g}": e for z, e in exchange_errors(case.scheme).items()}
-        found = {"stiffer": exchange_when_stiffer(case.scheme, case.thorough)}
+        figures = {"stiffer": exchange_when_stiffer(case.scheme, case.thorough)}
         if case.rule.splits or case.thorough:  # other rules are far slower, or unable
-            found["adiabatic"] = adiabatic(case.scheme)
-        measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in found.items()}
+            figures["adiabatic"] = adiabatic(case.scheme)
+        measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in figures.items()}
     return _of_map(family, rows, **measured)
 
 

@@ -49,8 +49,8 @@ def stability_map(
         column = _column(family, derived, stiffness, grid(thorough).tolist(), count, not steps)
         column = resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
         if more:
-            found = _column(family, derived, stiffness, list(more), count, not steps)
-            column += [replace(cell, between=True) for cell in found]
+            cells = _column(family, derived, stiffness, list(more), count, not steps)
+            column += [replace(cell, between=True) for cell in cells]
         rows += sorted(column, key=lambda cell: cell.z)
         progress((i + 1) / len(family.stiffness))
     return rows
@@ -76,8 +76,8 @@ def _column(
         step = Fraction(z / family.frequency(stiffness))
         cover = math.ceil(family.least / step)
         inside = max(count, cover) if covering and cover <= family.most else count
-        found = one_run(scheme, step, inside, measures, far)
-        return replace(found, stiffness=float(stiffness), z=z, step=float(step))
+        outcome = one_run(scheme, step, inside, measures, far)
+        return replace(outcome, stiffness=float(stiffness), z=z, step=float(step))
 
     if not derived.rule.is_formula:  # a program may not be safe in two threads
         return [cell(z) for z in zs]
@@ -93,11 +93,11 @@ def grid(thorough: bool) -> np.ndarray:
 def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
     """Return functions of a run: the energy, and the adiabatic invariant if there is one."""
     s = scheme.s
-    found = {"energy": energy_with_terms(scheme, 16)}
+    measures = {"energy": energy_with_terms(scheme, 16)}
     for quantity in scheme.scene.symmetries:
         if quantity.name == family.adiabatic:
-            found["adiabatic"] = with_terms(scheme, s.conserved(quantity), 16)
-    return found
+            measures["adiabatic"] = with_terms(scheme, s.conserved(quantity), 16)
+    return measures
 
 
 def one_run(
@@ -111,24 +111,24 @@ def one_run(
     """
     cause = ""
     try:
-        found = trajectory(scheme, step, steps)
+        run = trajectory(scheme, step, steps)
     except StepFailure as failure:
-        found, cause = failure.trajectory, failure.cause
-    done = found.steps
+        run, cause = failure.trajectory, failure.cause
+    done = run.steps
     told = Cell(steps=done, time=float(step * done), cause=cause)
-    if not len(found.t):  # not even the start has a velocity
+    if not len(run.t):  # not even the start has a velocity
         return replace(told, outcome="Newton failed" if "Newton" in cause else "blown up")
     with np.errstate(all="ignore"):
-        values, terms = measures["energy"](found)
+        values, terms = measures["energy"](run)
         errors = (values[:, 0] - values[0, 0]) / terms[0, 0]
         if "adiabatic" in measures and not cause:
-            drifts = relative_drifts(measures["adiabatic"](found), 16)
+            drifts = relative_drifts(measures["adiabatic"](run), 16)
             told = replace(told, adiabatic=float(drifts.max()))
     if "Newton" in cause:
         return replace(told, outcome="Newton failed")
     if cause or not np.abs(errors).max() <= 1:
         return replace(told, outcome="blown up")
-    if math.isfinite(far) and np.linalg.norm(found.x, axis=1).max() > far:
+    if math.isfinite(far) and np.linalg.norm(run.x, axis=1).max() > far:
         return replace(told, outcome="escaped")
     band, tenth = float(np.ptp(errors)), max(1, len(errors) // 10)
     shift = abs(float(errors[-tenth:].mean() - errors[:tenth].mean()))
@@ -146,14 +146,14 @@ def resonant(column: Sequence[Cell], apart: int = 1) -> list[Cell]:
     that of the longer step, by far less than four times. So at the shortest steps the longer one
     alone decides; where a neighbour has no band, or there is no longer one, the class stays.
     """
-    found = list(column)
+    cells = list(column)
     for i, (here, longer) in enumerate(zip(column, column[apart:], strict=False)):
         if here.outcome != "bounded" or here.band is None or longer.band is None:
             continue
         shorter = column[i - apart].band if i >= apart else 0.0
         if shorter is not None and here.band > max(NOISE, 4 * shorter, 4 * longer.band):
-            found[i] = replace(here, outcome="resonant")
-    return found
+            cells[i] = replace(here, outcome="resonant")
+    return cells
 
 
 def limits(rows: Sequence[Cell]) -> dict[str, float]:

@@ -160,32 +160,32 @@ def equilibrium(scene: Scene) -> Equilibrium:
     scale = max(1.0, float(np.abs(start).max()))
     size = near.moves + near.m
     rates = max(float(np.abs(field(start)).max()), float(np.abs(field(rest)).max()), 1e-300)
-    found: list[tuple[float, Equilibrium]] = []
+    candidates: list[tuple[float, Equilibrium]] = []
     for k in range(TRIES):
         z = (start, rest)[k % 2]
         beside = (
             np.zeros(size) if k < 2 else drawn.normal(size=size) * scale * (0.3, 1.0)[k // 2 % 2]
         )
         begun = near.state(z, beside)
-        given = k == 0 and float(np.abs(field(begun)).max()) <= STILL * rates
-        if not given:
+        is_start = k == 0 and float(np.abs(field(begun)).max()) <= STILL * rates
+        if not is_start:
             begun = near.rest(field, begun)
         if not float(np.abs(field(begun)).max()) <= STILL * rates:
             continue
         values = np.linalg.eigvals(near.tangent(field, begun))
         fastest = float(np.abs(values.imag).max())
         if fastest > 0 and float(np.abs(values.real).max()) <= REAL * fastest:
-            away = 0.0 if given else float(np.abs(begun - start).max())
+            away = 0.0 if is_start else float(np.abs(begun - start).max())
             turns = not dual.canonical and np.abs(dual.velocity(begun[None])).max() > REAL * fastest
-            found.append((away, Equilibrium(begun, fastest, given, bool(turns))))
-        if given and found:
+            candidates.append((away, Equilibrium(begun, fastest, is_start, bool(turns))))
+        if is_start and candidates:
             break  # otherwise the nearest of all that are found
-    if not found:
+    if not candidates:
         raise CannotMeasure(
             f"{scene.name}: no equilibrium at which small motions oscillate was found from its "
             "start; give one: let x0 and v0 of the scene be at rest there."
         )
-    return min(found, key=lambda each: each[0])[1]
+    return min(candidates, key=lambda each: each[0])[1]
 
 
 def fastest_along(scene: Scene) -> float:
@@ -266,10 +266,10 @@ class Linearised:
     def eigenvalues(self, z: float) -> np.ndarray:
         """Return the eigenvalues of M; infinite where there is no step."""
         try:
-            found = np.asarray(np.linalg.eigvals(self.matrix(z)))
+            values = np.asarray(np.linalg.eigvals(self.matrix(z)))
         except (StepFailure, DiscmechError, np.linalg.LinAlgError):
             return np.array([math.inf])
-        return found if np.isfinite(found).all() else np.array([math.inf])
+        return values if np.isfinite(values).all() else np.array([math.inf])
 
     def radius(self, z: float) -> float:
         """Return the largest modulus of an eigenvalue; inf where there is no step."""

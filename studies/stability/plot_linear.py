@@ -140,13 +140,13 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
 def _failed(cases: Sequence[Case]) -> list[float]:
     """Return every ω at which a long run did not reach its end."""
-    found = (case.measured.adiabatic or {} for case in cases)
-    return [float(omega) for each in found for omega, value in each.items() if value is None]
+    changes = (case.measured.adiabatic or {} for case in cases)
+    return [float(omega) for each in changes for omega, value in each.items() if value is None]
 
 
 def _pairs(case: Case, key: str) -> list[tuple[float, float]]:
-    found: Mapping[str, float | None] = getattr(case.measured, key) or {}
-    return sorted((float(x), y) for x, y in found.items() if y is not None and y > 0)
+    figures: Mapping[str, float | None] = getattr(case.measured, key) or {}
+    return sorted((float(x), y) for x, y in figures.items() if y is not None and y > 0)
 
 
 def _method(case: Case) -> str:

@@ -13,8 +13,8 @@ FARTHEST_OWN = 6.0  # that of a user's own scene at its equilibrium
 
 def percent(share: float) -> str:
     """Return a share in words: two figures of a small one, whole per cents of a large one."""
-    found = 100 * share
-    return f"{found:.2g} %" if found < 10 else f"{found:.0f} %"
+    percents = 100 * share
+    return f"{percents:.2g} %" if percents < 10 else f"{percents:.0f} %"
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,10 +48,10 @@ def stable_set(trace: Trace, farthest: float) -> StableSet | None:
     None if no rational function of z² is found; `CHECKS` further points have to confirm it to 40
     digits.
     """
-    found = rational(trace)
-    if found is None:
+    quotient = rational(trace)
+    if quotient is None:
         return None
-    above, below = found
+    above, below = quotient
 
     def unstable_at(w: Any) -> bool:
         return bool(abs(above(w)) > 2 * abs(below(w)))
@@ -129,12 +129,12 @@ def _positive_roots(polynomial: Any) -> list[Any]:
         whole = flint.fmpz_poly([int(mpmath.nint(e / size * 10**DIGITS)) for e in polynomial.coef])
         if whole.degree() < 1:
             return []
-        found = []
+        roots = []
         for root, times in whole.complex_roots():
             real, imaginary = (_number(e) for e in (root.real, root.imag))
             if real > 0 and abs(imaginary) <= mpmath.sqrt(TOUCH) * real:
-                found += [real] * times
-        return found
+                roots += [real] * times
+        return roots
 
 
 def _number(ball: Any) -> Any:

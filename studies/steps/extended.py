@@ -29,8 +29,8 @@ def form_defect(scheme: Any, step: Any, x: Any, mu: Any, energy0: Any) -> float:
         start = np.concatenate([x, mu, [energy]])
 
         def image(z: Any) -> Any:
-            given = [exact_rational(e, "z") for e in numbers.public(z)]
-            run = flow.trajectory(1, x0=given[: len(x)], mu0=given[len(x) : -1], energy0=given[-1])
+            state = [exact_rational(e, "z") for e in numbers.public(z)]
+            run = flow.trajectory(1, x0=state[: len(x)], mu0=state[len(x) : -1], energy0=state[-1])
             end = [*run.x[-1], *run.mu[-1], run.t[-1]]
             return np.array([numbers.number(e) for e in end], dtype=object)
 
@@ -38,10 +38,10 @@ def form_defect(scheme: Any, step: Any, x: Any, mu: Any, energy0: Any) -> float:
         M = _derivative(image, start, numbers)
         pi = _tensor(scheme, numbers)
         before, end = pi(x, mu), pi(after[: len(x)], after[len(x) : -1])
-        found = M @ before @ M.T - end
+        gap = M @ before @ M.T - end
         terms = abs(M) @ abs(before) @ abs(M).T + abs(end)
         floor = numbers.number(10) ** -30 * terms.max()
-        return float((abs(found) / (terms + floor)).max())
+        return float((abs(gap) / (terms + floor)).max())
 
 
 def _derivative(image: Callable[[Any], Any], start: Any, numbers: Any) -> Any:

@@ -22,12 +22,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the worst verdict on order, way back, form and energy; the control must be caught."""
     expected: Expecting = {"order": case.order, "tolerance": LIMITS["order"]}
     judges = (_of_order, _of_back, _of_form, _of_energy)
-    found = decoded(Found, measurement)
-    parts = [judged(case, found, expected) for judged in judges]
+    record = decoded(Found, measurement)
+    parts = [judged(case, record, expected) for judged in judges]
     verdict = worst(part.verdict for part in parts)
     said = next((part.reason for part in parts if part.verdict == verdict), "")
     if case.control is None:
-        alone = rule_of(case).way == "naive" and (found.measured.back or 0.0) > LIMITS["back"]
+        alone = rule_of(case).way == "naive" and (record.measured.back or 0.0) > LIMITS["back"]
         if verdict == "pass" and alone:
             said = "a step that follows the present state alone loses what its rule keeps, which "
             said += f"nothing shows here, since {rule_of(case).base.name} is not self-adjoint."
@@ -41,17 +41,17 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     return Verdict("fail", f"the naive step was not caught {missed}.", expected)
 
 
-def _of_order(case: Case, found: Found, expected: Expecting) -> Verdict:
-    order, wanted = found.measured.order, case.order
+def _of_order(case: Case, record: Found, expected: Expecting) -> Verdict:
+    order, wanted = record.measured.order, case.order
     allowed = LIMITS["order"]
     verdict = Verdict("pass", "", expected)
     if order is None or not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
         verdict = Verdict("inconclusive", said, expected)
-    elif wanted is not None and order > wanted + allowed and _as_declared(found, wanted):
+    elif wanted is not None and order > wanted + allowed and _as_declared(record, wanted):
         pass  # errors cancel on this motion, as where K is 0; single steps lie beside it
     elif wanted is not None and not abs(order - wanted) <= allowed:
-        before = found.orders[-2]
+        before = record.orders[-2]
         side = "below" if order < wanted else "above"
         said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
         if abs(order - wanted) < abs(before - wanted) / 1.5:
@@ -61,26 +61,26 @@ def _of_order(case: Case, found: Found, expected: Expecting) -> Verdict:
         else:
             verdict = Verdict("fail", f"{said} by more than {allowed}.", expected)
     what = "the rule in its own time"
-    return judge_evidence(found.local, verdict, wanted=wanted, asks_order=True, what=what)
+    return judge_evidence(record.local, verdict, wanted=wanted, asks_order=True, what=what)
 
 
-def _as_declared(found: Found, wanted: int) -> bool:
+def _as_declared(record: Found, wanted: int) -> bool:
     """True if single steps beside the motion are of the declared order and of no higher one."""
-    order = None if found.local is None else found.local.order
+    order = None if record.local is None else record.local.order
     return order is not None and abs(order - wanted) <= LIMITS["order"]
 
 
-def _of_back(case: Case, found: Found, expected: Expecting) -> Verdict:
+def _of_back(case: Case, record: Found, expected: Expecting) -> Verdict:
     """Judge the way back where the rule is self-adjoint, or claims to be; the naive way fails."""
     claims = getattr(rule_of(case).base, "claims", None)
     claimed = claims is not None and claims.reversible is True
-    if not claimed and not found.self_adjoint:
+    if not claimed and not record.self_adjoint:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMITS["back"]
-    back = found.measured.back
-    if back is None or (found.measured.lost and back <= LIMITS["back"]):
-        return _lost(found, "way back")
+    back = record.measured.back
+    if back is None or (record.measured.lost and back <= LIMITS["back"]):
+        return _lost(record, "way back")
     if back <= LIMITS["back"]:
         return Verdict("pass")
     said = f"{BACK} steps of ε and as many of −ε miss their start by {back:.2g}, where round-off "
@@ -90,19 +90,19 @@ def _of_back(case: Case, found: Found, expected: Expecting) -> Verdict:
     return Verdict("fail", f"{said}.")
 
 
-def _lost(found: Found, what: str) -> Verdict:
+def _lost(record: Found, what: str) -> Verdict:
     """Return the verdict on a number that is unknown at some place."""
-    return Verdict("inconclusive", f"the {what} is unknown at some place: {found.measured.lost}")
+    return Verdict("inconclusive", f"the {what} is unknown at some place: {record.measured.lost}")
 
 
-def _of_form(case: Case, found: Found, expected: Expecting) -> Verdict:
-    form = found.measured.form
+def _of_form(case: Case, record: Found, expected: Expecting) -> Verdict:
+    form = record.measured.form
     if rule_of(case).way != "poincare":
         expected["form"] = "no form is kept, for the size of a step depends on the state"
         return Verdict("pass")
     expected["form"] = LIMITS["form"]
-    if form is None or (found.measured.lost and form <= LIMITS["form"]):
-        return _lost(found, "form")
+    if form is None or (record.measured.lost and form <= LIMITS["form"]):
+        return _lost(record, "form")
     if form <= LIMITS["form"]:
         return Verdict("pass")
     said = f"the form of the extended phase space changes by {form:.2g} in a step, where "
@@ -110,13 +110,13 @@ def _of_form(case: Case, found: Found, expected: Expecting) -> Verdict:
     return Verdict("fail", said)
 
 
-def _of_energy(case: Case, found: Found, expected: Expecting) -> Verdict:
+def _of_energy(case: Case, record: Found, expected: Expecting) -> Verdict:
     """Judge the energy by Poincaré, where a modified K is kept, and of the naive step.
 
     A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
     Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).
     """
-    energy = found.energy
+    energy = record.energy
     if not energy:
         expected["energy"] = "it is not constant"
         return Verdict("pass")

@@ -65,12 +65,12 @@ def cases(choice: Choice) -> list[Case]:
         return []
     named = [s for s in choice.scenes or scenes.all_scenes() if getattr(s, "sigma", None)]
     ways = [vary(get(rule), way=way) for way in ("reversible", "poincare") for rule in RULES]
-    found = [] if choice.controls else [
+    sound_cases = [] if choice.controls else [
         Case(NAME, scene, rule, 16, choice.steps)
         for scene in named for rule in ways if rule.applies(scene)
     ]  # fmt: skip
     naive = vary(get(RULES[0]), way="naive")
-    return found + [
+    return sound_cases + [
         Case(NAME, scene, naive, 16, choice.steps, CONTROL_NAME)
         for scene in named
         if scene.name == CONTROL_SCENE
@@ -116,9 +116,9 @@ def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         measured["form"], lost = _largest(_form, case, step)
         measured["lost"] = measured["lost"] or lost
     progress(f"{label}: energy", 0.6)
-    found = _energy(case, step)
-    measured |= found.get("measured", {"band": None, "slope": None})
-    return {"rows": rows, "measured": measured, "orders": orders, "energy": found,
+    energy = _energy(case, step)
+    measured |= energy.get("measured", {"band": None, "slope": None})
+    return {"rows": rows, "measured": measured, "orders": orders, "energy": energy,
             "local": _local(case), "self_adjoint": scheme_of(case).inner.self_adjoint}  # fmt: skip
 
 
@@ -189,7 +189,7 @@ def _largest(
     A place beside the motion may be too far for steps of the scene's own size: they are halved
     there until a run goes through. A way back is right, and a form kept, with steps of any size.
     """
-    found, lost = [], None
+    numbers, lost = [], None
     for x, mu in _states(case):
         for halvings in range(HALVINGS):
             try:
@@ -197,11 +197,11 @@ def _largest(
             except StepFailure as failure:
                 why = str(failure)
             else:
-                found.append(math.inf if math.isnan(value) else value)
+                numbers.append(math.inf if math.isnan(value) else value)
                 break
         else:
             lost = why
-    return max(found, default=None), lost
+    return max(numbers, default=None), lost
 
 
 def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
@@ -216,13 +216,13 @@ def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
         also = {"energy0": run.scheme.inner.scene.parameters[ENERGY]}
     t0 = exact_rational(run.t[-1], "t")
     again = back.trajectory(BACK, x0=run.x[-1], mu0=run.mu[-1], t0=t0, **also)
-    found = 0.0
+    gap = 0.0
     with mpmath.workdps(DIGITS_OF_FORM + 15):
         for one, other in ((run.x, again.x), (run.mu, again.mu), (run.t, again.t)):
             a, b = ([mpmath.mpf(e) for e in np.ravel(part)] for part in (one[0], other[-1]))
             size = max(map(abs, np.ravel(one)), default=0) or 1
-            found = max([found, *(float(abs(p - q) / size) for p, q in zip(a, b, strict=True))])
-    return found
+            gap = max([gap, *(float(abs(p - q) / size) for p, q in zip(a, b, strict=True))])
+    return gap
 
 
 def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
@@ -240,9 +240,9 @@ def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
     at one place of the motion; by Poincaré also until the energy stays: in a chaotic motion the
     drift of a symplectic step at a large ε is exponentially small at a smaller one.
     """
-    scene, steps, found = case.scene, case.steps or STEPS, dict[str, Any]()
+    scene, steps, energy = case.scene, case.steps or STEPS, dict[str, Any]()
     if scene.force is not None or scene.timed:
-        return found
+        return energy
     plain = Scheme(scene, rule_of(case).base)
     for _ in range(HALVINGS):
         flow = scheme_of(case).flow(step)
@@ -258,16 +258,16 @@ def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
         try:
             run_found = measured_errors(replace(case, study="energy"), errors_of)
         except StepFailure as failure:
-            found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
+            energy = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
             step /= 2
             continue
-        found = encoded(replace(run_found, turns=turns))
+        energy = encoded(replace(run_found, turns=turns))
         if run_found.band <= OF_ENERGY["wide"]:
             verdict = judge_errors(replace(case, study="energy"), replace(run_found, turns=turns))
             if verdict.verdict != "fail" or rule_of(case).way != "poincare":
                 break
         step /= 2
-    return found
+    return energy
 
 
 def _local(case: Case) -> SingleSteps:

@@ -24,9 +24,9 @@ def _wanted(case: Case) -> str:
 
 
 def _got(case: Case) -> str:
-    found = case.measured
-    parts = [] if found.order is None else [f"order {found.order:.3f}"]
-    for name, value in (("back", found.back), ("form", found.form), ("band", found.band)):
+    numbers = case.measured
+    parts = [] if numbers.order is None else [f"order {numbers.order:.3f}"]
+    for name, value in (("back", numbers.back), ("form", numbers.form), ("band", numbers.band)):
         parts += [] if value is None else [f"{name} {scientific(value)}"]
     return ", ".join(parts) or NONE
 

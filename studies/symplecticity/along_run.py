@@ -42,21 +42,21 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
 
     Where one step loses the form already, only a short run is made, to see if it is its steps.
     """
-    found = in_numbers.measure(case, progress)
-    if found.measured.certain is None:
-        return found
+    record = in_numbers.measure(case, progress)
+    if record.measured.certain is None:
+        return record
     rule: Any = case.rule
     scale, seed = scale_of(case.scheme), seed_in_numbers(case.scheme)
-    if found.measured.certain <= rounded(case):
+    if record.measured.certain <= rounded(case):
         progress(f"{case.scene.name} {case.label}: a long run", 1.0)
         run = _of_run(case, scale, seed)
     elif not (rule.remembers or rule.runs):
         flow, z = _start(case, seed)
         run = OfRun(float(flow.step), again=repeated(flow, z, scale, LEAST).gap)
     else:
-        return found
-    residual = max(found.measured.residual or 0.0, run.again)
-    return replace(found, measured=replace(found.measured, residual=residual), run=run)
+        return record
+    residual = max(record.measured.residual or 0.0, run.again)
+    return replace(record, measured=replace(record.measured, residual=residual), run=run)
 
 
 def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
@@ -71,10 +71,10 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     steps = min(MOST, max(LEAST, steps))
     run = guarded(flow.map_of(steps, rows=ROWS), ROWS * len(z))
     drawn = np.random.default_rng(seed + 4)
-    found = [_of_curve(case, flow.system, run, z, scale, embed, reach, drawn)
-             for _ in range(curves)]  # fmt: skip
+    defects = [_of_curve(case, flow.system, run, z, scale, embed, reach, drawn)
+               for _ in range(curves)]  # fmt: skip
     part = steps // ROWS
-    rows = [_worse(*of) if len(of) > 1 else of[0] for of in zip(*found, strict=True)]
+    rows = [_worse(*of) if len(of) > 1 else of[0] for of in zip(*defects, strict=True)]
     seen = max((k for k, row in enumerate(rows, 1) if row.resolution <= resolved(case)), default=0)
     broken = next((k for k, row in enumerate(rows, 1) if row.certain > rounded(case) * part * k), 0)
     certain = rows[broken - 1].certain if broken else 0.0
@@ -107,9 +107,9 @@ def _of_curve(
     for share in REACHES:
         curve = np.array([embed(y) for y in random_curve(drawn, 0 * reach, reach, share, POINTS)])
         maps = _by_row(run, len(z))
-        found = [curve_defect(case, system, f, z, scale, curve) for f in maps]
+        defects = [curve_defect(case, system, f, z, scale, curve) for f in maps]
         best = [min(pair, key=lambda each: each.resolution)
-                for pair in zip(best, found, strict=True)]  # fmt: skip
+                for pair in zip(best, defects, strict=True)]  # fmt: skip
         if best[-1].resolution <= resolved(case) or any(of.certain for of in best):
             break
     return best

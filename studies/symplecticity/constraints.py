@@ -49,9 +49,9 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
         in_step, velocity, at_end = _functions(flow.scheme, numbers.digits)
         v = velocity(end, momentum, q) if velocity else rounded(0 * u)
         size = abs(u).sum() + abs(v.value).sum()
-        found = [in_step(rounded(x), _as_solved(rounded(u), size), q)]
-        found.append(at_end(end, _as_solved(v, size), q))
-        values, errors = ([getattr(e, name).ravel() for e in found] for name in ("value", "error"))
+        terms = [in_step(rounded(x), _as_solved(rounded(u), size), q)]
+        terms.append(at_end(end, _as_solved(v, size), q))
+        values, errors = ([getattr(e, name).ravel() for e in terms] for name in ("value", "error"))
         return float(in_round_offs(np.concatenate(values), np.concatenate(errors)))
 
 

@@ -109,20 +109,20 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise | None = None) -> De
     image = images(f, curve)
     if not np.isfinite(image).all():
         return Defect(0.0, 0.0, float("inf"))
-    found = [_integral(rows, n) for rows in (curve, image)]
+    integrals = [_integral(rows, n) for rows in (curve, image)]
     coarse = [_integral(rows[::2], n) for rows in (curve, image)]
-    size = max(found[0][1], found[1][1])
+    size = max(integrals[0][1], integrals[1][1])
     rough = (noise or noise_along(image)).rough(image)
     dq = np.abs(np.diff(image[:, :n], axis=0, append=image[:1, :n])).max(axis=0)
     p = np.abs(image[:, n:] - image[:, n:].mean(axis=0)).max(axis=0)
     # each value's noise, weighted by the other's derivative; the noise of 64 points is independent
     of_noise = float((rough[n:] * dq + rough[:n] * p * np.pi).sum()) * len(curve) ** 0.5
-    tails = max(a[2] for a in found)
+    tails = max(a[2] for a in integrals)
     if tails > UNRESOLVED:
         return Defect(0.0, 0.0, float("inf"))
-    beyond = sum(abs(a[0] - b[0]) for a, b in zip(found, coarse, strict=True))
+    beyond = sum(abs(a[0] - b[0]) for a, b in zip(integrals, coarse, strict=True))
     unsure = of_noise + beyond + size * tails
-    gap = abs(found[1][0] - found[0][0])
+    gap = abs(integrals[1][0] - integrals[0][0])
     size = size or 1.0
     return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / size)
 

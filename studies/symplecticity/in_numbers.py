@@ -53,10 +53,10 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
     """
     scheme: Any = case.scheme
     progress(f"{case.scene.name} {case.label}: places", 0.0)
-    found, scale, seed = looks(scheme)
+    all_looks, scale, seed = looks(scheme)
     rows = []
-    for k, look in enumerate(found):
-        progress(f"{case.scene.name} {case.label}: differences", k / len(found))
+    for k, look in enumerate(all_looks):
+        progress(f"{case.scene.name} {case.label}: differences", k / len(all_looks))
         rows.append(_row(case, k, look, scale, seed))
     for look in more_looks(scheme, scale, seed):
         if not undecided(case, rows):
@@ -148,10 +148,10 @@ def _loop(
     """Return the defect over a random closed curve, a smaller one if its image is not resolved."""
     for reach in REACHES:
         curve = random_curve(random, look.z, scale, reach)
-        found = curve_defect(case, flow.system, g, look.z, scale, curve, noise)
-        if np.isfinite(found.resolution):
+        defect = curve_defect(case, flow.system, g, look.z, scale, curve, noise)
+        if np.isfinite(defect.resolution):
             break
-    return found
+    return defect
 
 
 def curve_defect(

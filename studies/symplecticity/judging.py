@@ -38,10 +38,10 @@ def _free_of_forms(case: Case) -> str:
     return ""
 
 
-def _broken(case: Case, found: Found) -> dict[str, float]:
+def _broken(case: Case, record: Found) -> dict[str, float]:
     """Return the defects that exceed round-off; one that is not a number does."""
     allowed, asked = limits(case.digits), demanded(case)
-    return {k: v for k, v in found.measured.items()
+    return {k: v for k, v in record.measured.items()
             if v is not None and k in asked and not v <= allowed[k]}  # fmt: skip
 
 
@@ -56,11 +56,11 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
     if not case.rule.is_formula and not case.control:
         return judging_numbers.judge(case, decoded(FoundOfNumbers, measurement))
-    found = decoded(Found, measurement)
+    record = decoded(Found, measurement)
     if case.control:
         off = LIMITS["control" if case.digits == 16 else "control with more digits"]
         wanted = limit(case.digits) * off
-        defects = [defect for defect in found.measured.values() if defect is not None]
+        defects = [defect for defect in record.measured.values() if defect is not None]
         caught = any(defect >= wanted for defect in defects)
         missed = f"the control was not caught: its defect is {max(defects):.2g}."
         return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})
@@ -70,19 +70,19 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if reason := _free_of_forms(case):
         expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
-    broken = _broken(case, found)
+    broken = _broken(case, record)
     if not broken:
         return Verdict("pass", "", expected)
-    kind, row = _seen_in(broken, found)
+    kind, row = _seen_in(broken, record)
     said = f"the {kind} defect is {broken[kind]:.2g} at step {row.step:.3g}, "
     said += f"t = {row.time:.3g}; round-off would leave at most {allowed[kind]:.0e}."
     return Verdict("fail", said, expected)
 
 
-def _seen_in(broken: dict[str, float], found: Found) -> tuple[str, Row]:
+def _seen_in(broken: dict[str, float], record: Found) -> tuple[str, Row]:
     """Return the kind of the largest of these defects, and its row."""
     kind = max(broken, key=lambda k: badness(broken[k]))
-    row = worst_row(found.rows, kind)
+    row = worst_row(record.rows, kind)
     assert row is not None
     return kind, row
 
@@ -97,21 +97,21 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         return of_step(case, order=False)
     from ..core.outcome import named
 
-    found = decoded(Found, measurement)
-    broken = _broken(case, found)
+    record = decoded(Found, measurement)
+    broken = _broken(case, record)
     if any(k in broken for k in CHANGES):
         return named(
             "discrete force", "F± are not those of one discrete Lagrangian with the force that "
             "acts where the rule asks for L.", {},
         )  # fmt: skip
     if not broken:  # the defect is only at the places, where no solver has a part
-        at_places = found.local.laws.get(FORM.name) if found.local else None
+        at_places = record.local.laws.get(FORM.name) if record.local else None
         if at_places is None or not at_places.broken:
             return None
         said = "the step itself does not keep the form; the run's states, steps and times hide it."
         return named("structure", said, {})
     # a broken form is a fault of the maps; the residual alone concerns the run
-    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, found)
+    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, record)
     from ..causes.solver_sweep import of_symplecticity
 
     own = float(case.scene.step)

@@ -30,9 +30,9 @@ _ROUGH = (
 ITERATIONS = 100
 
 
-def judge(case: Case, found: FoundOfNumbers) -> Verdict:
+def judge(case: Case, record: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
-    measured, rows = found.measured, found.rows
+    measured, rows = record.measured, record.rows
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
     if not reason and not _closed_force(case):
@@ -68,7 +68,7 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
         said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
         return Verdict("fail", said + rough * (noise * ITERATIONS >= certain) + ".", expected)
-    run = found.run
+    run = record.run
     if run.broken:
         said = f"single steps keep the form, but a run does not: after {run.broken} steps of "
         said += f"{run.step:.3g} the defect over closed curves of starts is {run.certain:.2g} "
@@ -123,8 +123,8 @@ def _given_by(case: Case) -> list[str]:
 
 def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     """Return a fail if a program's own derivative is none of its steps."""
-    found = [(each.off, k, each) for k, row in enumerate(rows) for each in row.derivatives]
-    off, k, worst = max(found, key=lambda each: each[0], default=(0.0, 0, None))
+    departures = [(each.off, k, each) for k, row in enumerate(rows) for each in row.derivatives]
+    off, k, worst = max(departures, key=lambda each: each[0], default=(0.0, 0, None))
     if worst is None or not off > rounded(case):
         return None
     of = "step" if worst.what == "jacobian" else f"run of {STEPS} steps by {worst.by}"
@@ -157,7 +157,7 @@ def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     if not _claims_volume(case):
         return None
     of = [(row.volume.certain, k, row.volume) for k, row in enumerate(rows) if row.volume]
-    certain, k, volume = max(of, key=lambda found: found[0], default=(0.0, 0, None))
+    certain, k, volume = max(of, key=lambda triple: triple[0], default=(0.0, 0, None))
     if volume is None or not certain > rounded(case):
         return None
     said = (

@@ -118,22 +118,22 @@ def leaf_defect(
         return Defect(0.0, 0.0, float("inf"))
     there = Leaf(tensor, centre, scale)
     before = there.covectors(image - centre)
-    found = [leaf.area(a), there.area(before, image)]
+    areas = [leaf.area(a), there.area(before, image)]
     coarse = [leaf.area(a[::2], None, NODES - 1),
               there.area(before[::2], image[::2], NODES - 1)]  # fmt: skip
-    tails = max(e[2] for e in found)
-    if not np.isfinite([e[:3] for e in (*found, *coarse)]).all() or tails > UNRESOLVED:
+    tails = max(e[2] for e in areas)
+    if not np.isfinite([e[:3] for e in (*areas, *coarse)]).all() or tails > UNRESOLVED:
         return Defect(0.0, 0.0, float("inf"))
     rough = (noise or noise_along(image)).rough(image)
     along = np.abs(there.covectors(np.diff(image, axis=0, append=image[:1]))).max(axis=0)
-    beyond = sum(abs(e[0] - c[0]) for e, c in zip(found, coarse, strict=True))
-    size = max(found[0][1], found[1][1]) or 1.0
+    beyond = sum(abs(e[0] - c[0]) for e, c in zip(areas, coarse, strict=True))
+    size = max(areas[0][1], areas[1][1]) or 1.0
     # noise of 64 points is independent, and a point's noise moves the area by ω(noise, the curve's
     # way)
     unsure = float(rough @ along) * len(curve) ** 0.5 + beyond + size * tails
-    gap = abs(found[1][0] - found[0][0])
-    off = np.abs(image - found[1][3]).max(axis=0)
-    cut = sum(np.abs(e[3][::2] - c[3]).max(axis=0) for e, c in zip(found, coarse, strict=True))
+    gap = abs(areas[1][0] - areas[0][0])
+    off = np.abs(image - areas[1][3]).max(axis=0)
+    cut = sum(np.abs(e[3][::2] - c[3]).max(axis=0) for e, c in zip(areas, coarse, strict=True))
     extent = float((np.ptp(image, axis=0) / scale).max()) or 1.0
     left = float((np.maximum(off - 2 * (rough + cut), 0) / scale).max()) / extent
     certain = max(max(0.0, gap - unsure) / size, left)

@@ -50,10 +50,10 @@ def cases(choice: Choice) -> list[Case]:
 
     With controls chosen, only these. Raises `BadInput` if none of them can run.
     """
-    found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
+    on_scenes = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
     # under a force no form is kept, and for a one-step map this study asks nothing else
-    found = [c for c in found if c.scene.force is None or c.rule.asks_lagrangian]
+    on_scenes = [c for c in on_scenes if c.scene.force is None or c.rule.asks_lagrangian]
     places = [
         (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
         for control in choice.controls or controls.NAMES
@@ -68,9 +68,9 @@ def cases(choice: Choice) -> list[Case]:
             f"the control {', '.join(choice.controls)} is run on {', '.join(names)}, by a method "
             "of its own: name one of these scenes, or none, and no rule."
         )
-    found += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
+    on_scenes += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
     return (
-        found
+        on_scenes
         + on_lattices
         + [
             Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
@@ -83,19 +83,19 @@ def cases(choice: Choice) -> list[Case]:
 def _kinds(case: Case) -> tuple[str, ...]:
     if (own := system_of(case).form_kinds) is not None:
         return own
-    scene, found = case.scene, [*FORMS]
+    scene, kinds = case.scene, [*FORMS]
     if scene.force is not None and not scene.no_form:
-        found += CHANGES[:1] if scene.all_constraints else CHANGES
-    return (*found, "residual", *(["constraint"] if scene.all_constraints else []))
+        kinds += CHANGES[:1] if scene.all_constraints else CHANGES
+    return (*kinds, "residual", *(["constraint"] if scene.all_constraints else []))
 
 
 def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
     """Return the defects of maps and run (`_measure`), and those of single steps."""
-    found = _measure(case, progress)
+    record = _measure(case, progress)
     progress(f"{case.scene.name} {case.label}: steps from drawn places", 1.0)
     # a lattice's form is measured in states of its run
     laws = [FORM] if system_of(case).form_kinds is None else []
-    return replace(found, local=single_steps(case, *laws))
+    return replace(record, local=single_steps(case, *laws))
 
 
 def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:

@@ -45,10 +45,10 @@ def of_step(
     seen = derivative(shifted(f, look.z), size, scale, noise)
     if rule.jacobian is None or look.count > 1:
         return seen, []
-    given = _array(rule, "jacobian", _asked(flow, "jacobian", look), (size, size))
+    matrix = _array(rule, "jacobian", _asked(flow, "jacobian", look), (size, size))
     rounding = ROUNDINGS * rule.unit(16)
-    off, hidden = _distance(given, seen, scale, scale, rounding)
-    own = Derivative(given, rounding * np.abs(given))
+    off, hidden = _distance(matrix, seen, scale, scale, rounding)
+    own = Derivative(matrix, rounding * np.abs(matrix))
     return own, [Held("jacobian", START, off, hidden)]
 
 
@@ -56,12 +56,12 @@ def of_run(flow: Flow, look: Look, scale: Vector, seed: int) -> list[Held]:
     """Return the distances of the program's gradient of a run, by the start and by parameters."""
     if flow.scheme.rule.gradient is None or look.count == 1:
         return []
-    given = _asked(flow, "gradient", look, STEPS)
-    by_name = given if isinstance(given, dict) else {START: given}
+    gradient = _asked(flow, "gradient", look, STEPS)
+    by_name = gradient if isinstance(gradient, dict) else {START: gradient}
     return [_by(flow, look, scale, seed, *entry) for entry in by_name.items()]
 
 
-def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, given: object) -> Held:
+def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, gradient: object) -> Held:
     rule, n, size = flow.scheme.rule, flow.system.n, len(look.z)
     run, ways, shape = _arguments(flow, look, scale, by)
 
@@ -73,7 +73,7 @@ def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, given: object
     f, count = guarded(run if of_state else scalar, size if of_state else 1), len(ways)
     noise = noise_of(f, 0 * ways, ways, rule.unit(16), seed)
     seen = derivative(f, size if of_state else 1, ways, noise)
-    array = _array(rule, "gradient", given, (size, *shape) if of_state else shape)
+    array = _array(rule, "gradient", gradient, (size, *shape) if of_state else shape)
     sizes = scale if of_state else np.array([_size_of(rule, run(0 * ways), n, scale)])
     off, hidden = _distance(
         array.reshape(-1, count), seen, ways, sizes, STEPS * ROUNDINGS * rule.unit(16)
@@ -116,7 +116,7 @@ def _arguments(
 
 
 def _distance(
-    given: Matrix, seen: Derivative, ways: Vector, sizes: Vector, rounding: float
+    matrix: Matrix, seen: Derivative, ways: Vector, sizes: Vector, rounding: float
 ) -> tuple[float, float]:
     """Return how far a derivative (k, l) is certainly off, and what differences may hide.
 
@@ -125,9 +125,9 @@ def _distance(
     """
     unit = ways / sizes[:, None]
     with np.errstate(all="ignore"):
-        unsure = seen.error * unit + rounding * np.abs(given * unit).max(initial=0.0)
-        off = np.nan_to_num(np.abs(given - seen.value) * unit - unsure, nan=-np.inf)
-    off = np.where(np.isfinite(given), off, np.inf)
+        unsure = seen.error * unit + rounding * np.abs(matrix * unit).max(initial=0.0)
+        off = np.nan_to_num(np.abs(matrix - seen.value) * unit - unsure, nan=-np.inf)
+    off = np.where(np.isfinite(matrix), off, np.inf)
     return float(off.max(initial=0.0).clip(0)), float(unsure.max(initial=0.0))
 
 
@@ -143,14 +143,14 @@ def _asked(flow: Flow, word: str, look: Look, *steps: int) -> Any:
         ) from error
 
 
-def _array(rule: Rule, word: str, given: object, shape: tuple[int, ...]) -> Matrix:
+def _array(rule: Rule, word: str, answer: object, shape: tuple[int, ...]) -> Matrix:
     try:
-        found = np.asarray(given, dtype=float)
+        array = np.asarray(answer, dtype=float)
     except (TypeError, ValueError):
-        raise BadInput(f"the black box {rule.name}: its {word} gives {shown(given)}.") from None
-    if found.shape != shape:
+        raise BadInput(f"the black box {rule.name}: its {word} gives {shown(answer)}.") from None
+    if array.shape != shape:
         raise BadInput(
-            f"the black box {rule.name}: its {word} has the shape {found.shape}, but the "
+            f"the black box {rule.name}: its {word} has the shape {array.shape}, but the "
             f"derivative of a {'step' if word == 'jacobian' else 'run'} has {shape}."
         )
-    return found
+    return array

@@ -47,21 +47,21 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
     if scheme.rule.states:
         return _looks_in_box(scheme)
     scale, own = scale_of(scheme), Fraction(scheme.scene.step)
-    found: list[Look] = []
+    all_looks: list[Look] = []
     if scheme.scene.in_numbers:
         seed = seed_in_numbers(scheme)
         drawn = random.Random(seed)
         for z, time, fast in _states(scheme, scale, drawn, SHARES):
-            found += _both(scheme, drawn, z, time, own * random_fraction(drawn, 0.6, 1.7), fast)
-        return found, scale, seed
+            all_looks += _both(scheme, drawn, z, time, own * random_fraction(drawn, 0.6, 1.7), fast)
+        return all_looks, scale, seed
     evidence = evidence_of(scheme)
     drawn, system = random.Random(evidence.seed + 2), scheme.flow(own).system
     for place in evidence.places:
         z = np.array([float(e) for e in (*place.x, *place.mu)])
         fast = rate(system, z, scale, float(place.t))
         step = min(place.step, own * random_fraction(drawn, 0.6, 1.7))
-        found += _both(scheme, drawn, z, place.t, step, fast)
-    return found, scale, evidence.seed
+        all_looks += _both(scheme, drawn, z, place.t, step, fast)
+    return all_looks, scale, evidence.seed
 
 
 def _both(
@@ -83,11 +83,11 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
     """
     low, high = (np.array([float(e) for e in end]) for end in scheme.rule.states)
     seed = seed_in_numbers(scheme)
-    drawn, found = random.Random(seed), list[Look]()
+    drawn, all_looks = random.Random(seed), list[Look]()
     for _ in range(IN_BOX):
         z = low + (high - low) * np.array([drawn.random() for _ in low])
-        found += _both(scheme, drawn, z, Fraction(0), scheme.rule.only_step, math.inf)
-    return found, (high - low) / 2, seed
+        all_looks += _both(scheme, drawn, z, Fraction(0), scheme.rule.only_step, math.inf)
+    return all_looks, (high - low) / 2, seed
 
 
 def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
@@ -122,9 +122,9 @@ def scale_of(scheme: Any) -> Vector:
     """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
     if scheme.rule.states:
         return _looks_in_box(scheme)[1]
-    found = _motion(scheme)
+    rows = _motion(scheme)
     n = scheme.s.n
-    reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)
+    reach, size = np.ptp(rows, axis=0), np.abs(rows).max(axis=0)
     # an entry that hardly moves has the size of its value, or of its kind
     parts = (slice(0, n), slice(n, None))
     like = np.concatenate([np.full(len(size[p]), size[p].max(initial=0.0)) for p in parts])
@@ -140,8 +140,8 @@ def _motion(scheme: Any) -> Matrix:
     """
     if scheme.scene.all_constraints:
         times = [scheme.scene.duration * k / ENDS for k in range(ENDS + 1)]
-        found = [reference.solution(scheme.scene, t, digits=20, proof=False) for t in times]
-        return np.array([[float(e) for e in (*at.x, *at.mu)] for at in found])
+        solutions = [reference.solution(scheme.scene, t, digits=20, proof=False) for t in times]
+        return np.array([[float(e) for e in (*at.x, *at.mu)] for at in solutions])
     flow, scene = scheme.flow(scheme.scene.step), scheme.scene
     system, run = flow.system, flow.trajectory(0)
     n, h = system.n, float(scene.step)

@@ -82,11 +82,11 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
 
 def _places(cases: Sequence[Case]) -> list[float]:
     """Return the line of each case, with one above it for the name of a new scene."""
-    found: list[float] = []
+    lines: list[float] = []
     for index, case in enumerate(cases):
         new = index == 0 or case.scene != cases[index - 1].scene
-        found.append((found[-1] if found else -1.25) + (2.25 if new else 1.0))
-    return found
+        lines.append((lines[-1] if lines else -1.25) + (2.25 if new else 1.0))
+    return lines
 
 
 def _names(
@@ -125,15 +125,15 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
 
 def _values(case: Case, kind: str) -> list[float]:
     """Return all defects of a kind, including the measured worst."""
-    found = [row.defects.get(kind) for row in case.rows]
-    found.append(number(case.measured.get(kind)))
-    return [abs(value) for value in found if value is not None]
+    values = [row.defects.get(kind) for row in case.rows]
+    values.append(number(case.measured.get(kind)))
+    return [abs(value) for value in values if value is not None]
 
 
 def _ends(case: Case, kind: str) -> tuple[float, float]:
     """Return the median and the worst defect of a kind; zeros without any."""
-    found = sorted(_values(case, kind)) or [0.0]
-    return found[len(found) // 2], found[-1]
+    values = sorted(_values(case, kind)) or [0.0]
+    return values[len(values) // 2], values[-1]
 
 
 def against_step(case: Case) -> list[tuple[float, float]]:
@@ -141,9 +141,9 @@ def against_step(case: Case) -> list[tuple[float, float]]:
     worst: dict[float, float] = {}
     for row in case.rows:
         values = [row.defects.get(kind[0]) for kind in KINDS]
-        found = [abs(value) for value in values if value is not None]
-        if row.step and found:
-            worst[abs(row.step)] = max([worst.get(abs(row.step), 0.0), *found])
+        sizes = [abs(value) for value in values if value is not None]
+        if row.step and sizes:
+            worst[abs(row.step)] = max([worst.get(abs(row.step), 0.0), *sizes])
     return sorted(worst.items())
 
 
@@ -201,5 +201,5 @@ def _short(case: Case) -> str:
 
 
 def _worst(case: Case) -> float | None:
-    found = [v for kind in KINDS for v in _values(case, kind[0])]
-    return max(found, default=math.nan)
+    values = [v for kind in KINDS for v in _values(case, kind[0])]
+    return max(values, default=math.nan)

@@ -41,8 +41,8 @@ NAMES = {"pullback": "pullback", "poisson": "Poisson", "run": "along a run",
 
 
 def _got(case: Case) -> str:
-    found = ((name, case.measured.get(key)) for key, name in NAMES.items())
-    return ", ".join(f"{k} {scientific(v)}" for k, v in found if v is not None) or NONE
+    pairs = ((name, case.measured.get(key)) for key, name in NAMES.items())
+    return ", ".join(f"{k} {scientific(v)}" for k, v in pairs if v is not None) or NONE
 
 
 def _demanded(case: Case) -> dict[str, Any]:
@@ -56,9 +56,9 @@ def _demanded(case: Case) -> dict[str, Any]:
 
 def _short(case: Case) -> str:
     """Return the largest defect; one that is not of the form in a step is named."""
-    found = {k: v for k, v in _demanded(case).items() if number(v) is not None}
-    worst = max(found, key=lambda k: found[k], default="")
-    return (f"{NAMES[worst]} " if worst not in ("", "pullback", "poisson") else "") + largest(found)
+    sizes = {k: v for k, v in _demanded(case).items() if number(v) is not None}
+    worst = max(sizes, key=lambda k: sizes[k], default="")
+    return (f"{NAMES[worst]} " if worst not in ("", "pullback", "poisson") else "") + largest(sizes)
 
 
 def _wanted(case: Case) -> str:
@@ -77,14 +77,14 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
         for digits, same in sound.items()
     ]
     sheet = plot.sheet(max(sound.values(), key=len, default=[]))
-    found = [Sketch("symplecticity", "Defects of every scheme", DEFECTS, panels, sheet)]
+    sketches = [Sketch("symplecticity", "Defects of every scheme", DEFECTS, panels, sheet)]
     panels = [
         plot.controls(titles.get(scene, scene), own, beside.get(scene, []), known, digits)
         for digits, same in precisions([case for case in cases if case.control]).items()
         for beside in [by_scene(sound.get(digits, []))]
         for scene, own in by_scene(same).items()
     ]
-    return [*found, Sketch("controls", "Controls", CONTROLS, panels, plot.CONTROL_SHEET)]
+    return [*sketches, Sketch("controls", "Controls", CONTROLS, panels, plot.CONTROL_SHEET)]
 
 
 VIEW = View(

@@ -25,23 +25,23 @@ class Joints:
 
     def forces(self, x: Sums, multipliers: np.ndarray, size: float) -> Sums:
         """Return Σ Aᵀλ at each site, (N, m); size: the round-offs of x and λ (B, k)."""
-        found: Any = None
+        sums: Any = None
         for bond, at, q in self._bonds(x):
             force = self.functions[0](at, rounded(multipliers[bond], size), q, 1.0)
-            if found is None:
-                found = np.zeros((2, len(x[0]), len(force.value) // 2))
+            if sums is None:
+                sums = np.zeros((2, len(x[0]), len(force.value) // 2))
             sizes = force.error + abs(force.value)
-            for total, part in zip(found, (force.value, sizes), strict=True):
+            for total, part in zip(sums, (force.value, sizes), strict=True):
                 total[self.pairs[bond]] += part.reshape(2, -1)
-        return found[0], found[1]
+        return sums[0], sums[1]
 
     def missed(self, x: Sums, v: np.ndarray, size: float) -> tuple[float, float]:
         """Return the largest φ(x) and A(x) v, v (N, m), over their error bounds."""
         worst = [0.0, 0.0]
         for bond, at, q in self._bonds(x):
             velocity = rounded(v[self.pairs[bond]].ravel(), size)
-            held = self.functions[1](at, q, 1.0), self.functions[2](at, velocity, q, 1.0)
-            for k, rows in enumerate(held):
+            defects = self.functions[1](at, q, 1.0), self.functions[2](at, velocity, q, 1.0)
+            for k, rows in enumerate(defects):
                 value, error = abs(rows.value.ravel()), rows.error.ravel()
                 over = np.where(value == 0, 0, value / np.where(error == 0, value, error))
                 worst[k] = float(np.maximum(worst[k], over.max()))  # np.maximum keeps nan

@@ -78,10 +78,10 @@ class LatticeSystem(System):
     @cached_property
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
         """The reason why no form is derived in time."""
-        found = {"modified_energy": "a lattice's energy is judged by its run first"}
+        reasons = {"modified_energy": "a lattice's energy is judged by its run first"}
         if self.lattice.name in LATER and is_built_in(self.lattice) and not self.case.thorough:
-            found["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
-        return found
+            reasons["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
+        return reasons
 
     # -- order ------------------------------------------------------------------------------
 
@@ -144,13 +144,13 @@ class LatticeSystem(System):
         if why:
             about = {"held_against": "its own runs", "why_not": why, "known": 10.0**-digits}
             return End(None, None, digits, about)
-        found = reference.solution(scene_of(lattice), time, digits=digits)
+        state = reference.solution(scene_of(lattice), time, digits=digits)
         x, mu = (np.array(e, dtype=object) for e in lattice.start)
         mu[:] = 0
-        for whole, part in ((x, found.x), (mu, found.mu)):
+        for whole, part in ((x, state.x), (mu, state.mu)):
             whole[lattice.free] = np.array([*part], dtype=object).reshape(-1, whole.shape[1])
-        about = {"held_against": "Taylor series of its scene", "known": 10.0**-found.certain_digits}
-        return End(x, mu, found.certain_digits, about)
+        about = {"held_against": "Taylor series of its scene", "known": 10.0**-state.certain_digits}
+        return End(x, mu, state.certain_digits, about)
 
     @cached_property
     def _ends(self) -> dict[Any, End]:
@@ -215,8 +215,8 @@ class LatticeSystem(System):
         """Return the changes along a run of the lattice's step, on pairs without constraints."""
         if not has_modified_energy(self.lattice):
             return []
-        found = lattice_changes(self.scheme, steps)
-        return [] if found is None else found.rows(_run(self.scheme, steps, True).size)
+        changes = lattice_changes(self.scheme, steps)
+        return [] if changes is None else changes.rows(_run(self.scheme, steps, True).size)
 
     def rates(self, state: Pair) -> dict[str, float]:
         """Return |dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""
@@ -240,8 +240,8 @@ class LatticeSystem(System):
         """The momenta of a user's symmetries, which no equation of a step contains."""
         if is_built_in(self.lattice):
             return ""
-        given = of_symmetries(self.lattice)
-        return str({name: entries_of(self.scheme, part) for name, part in given.items()})
+        parts = of_symmetries(self.lattice)
+        return str({name: entries_of(self.scheme, part) for name, part in parts.items()})
 
     # -- the form ---------------------------------------------------------------------------
 

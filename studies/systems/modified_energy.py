@@ -99,10 +99,10 @@ class Dual:
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return H and the sum of its absolute terms (r,), f and dH (r, n+m), B except on pairs."""
         x, mu = self.split(z)
-        found = self._at(x.T, self.velocity(z).T, mu.T, self._parameters)
+        values = self._at(x.T, self.velocity(z).T, mu.T, self._parameters)
         H, terms, *others = (
             np.broadcast_to(np.asarray(e, dtype=float).reshape(len(e), -1), (len(e), len(z))).T
-            for e in found
+            for e in values
         )
         return H[:, 0], terms[:, 0], *others
 
@@ -170,8 +170,8 @@ class Changes:
         """Return one row per state, over a scale of the energy."""
         values = (self.of_energy, self.of_modified, self.bounds, self.round_off, self.walks,
                   self.paths, self.forms)  # fmt: skip
-        found = zip(self.times, *(e / scale for e in values), strict=True)
-        return [Change(*map(float, row)) for row in found]
+        rows = zip(self.times, *(e / scale for e in values), strict=True)
+        return [Change(*map(float, row)) for row in rows]
 
 
 def changes(
@@ -220,28 +220,28 @@ def changes(
         walk = _walk(flow, dual, rows, len(times), moved, size)
         if walk is None:
             return None
-        found = _along(flow, dual, start, rows(chosen), size, NODES[0])
-        coarse = ~(found[2] < 1e-3 * np.abs(found[0]))  # bounds beside changes of the energy
+        arrays = _along(flow, dual, start, rows(chosen), size, NODES[0])
+        coarse = ~(arrays[2] < 1e-3 * np.abs(arrays[0]))  # bounds beside changes of the energy
         if coarse.any():
             again = _along(flow, dual, start, rows(np.array(chosen)[coarse]), size, NODES[1])
-            for first, second in zip(found, again, strict=True):
+            for first, second in zip(arrays, again, strict=True):
                 first[coarse] = second
     made = np.maximum(1.0, np.array(chosen) * (done / (len(times) - 1)))
     substeps = max(1, len(scheme.substeps))
     own, rounded, one_way, lost = walk
     walked = FARTHEST * np.sqrt(made)  # the farthest point of so many steps
     round_off = 4 * own + EPS * (walked * rounded * sqrt(substeps) + made * one_way * substeps)
-    bounds = found[2] + round_off
+    bounds = arrays[2] + round_off
     forms = np.zeros(len(chosen))
     if form:
         with np.errstate(all="ignore"):
             even = np.unique(np.linspace(0, len(times) - 1, FASTEST).astype(int))
             ways = start, rows(chosen)
             forms = _other_form(flow, dual, rows(even), moved, size, *ways)
-    good = np.isfinite(bounds) & np.isfinite(found[1])
+    good = np.isfinite(bounds) & np.isfinite(arrays[1])
     if not good.any():
         return None
-    parts_of = (times[chosen], found[0], found[1], bounds, round_off, walked * lost, found[3],
+    parts_of = (times[chosen], arrays[0], arrays[1], bounds, round_off, walked * lost, arrays[3],
                 forms)  # fmt: skip
     return Changes(*(part[good] for part in parts_of))
 
@@ -277,8 +277,8 @@ def mean_differences(
                 if quantity is None:
                     values = values - values[K]  # `_along` carries both ends on by K steps
                     if k:
-                        found = _along(flow, dual, z0[0], at[None], size, NODES[1])
-                        between, bound = float(found[1][0] - found[0][0]), float(found[2][0])
+                        arrays = _along(flow, dual, z0[0], at[None], size, NODES[1])
+                        between, bound = float(arrays[1][0] - arrays[0][0]), float(arrays[2][0])
                 whole, half = map(_smooth_mean, (values, values[: len(values) // 2]))
                 rows.append((whole + between, abs(whole - half), bound))
         made.append(np.array(rows))
@@ -312,7 +312,7 @@ def _has_no_memory(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
 
 def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarray:
     """Return the states of runs from some starts, (r, steps + 1, n + m); NaN if one fails."""
-    found = np.full((len(starts), steps + 1, dual.n + dual.m), np.nan)
+    runs = np.full((len(starts), steps + 1, dual.n + dual.m), np.nan)
     for k, at in enumerate(starts):
         if not np.isfinite(at).all():
             continue
@@ -321,20 +321,20 @@ def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarra
             run = flow.trajectory(steps, x0=x0, mu0=at[dual.n :])
         except (StepFailure, DiscmechError):
             continue
-        found[k] = np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
-    return found
+        runs[k] = np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
+    return runs
 
 
 def _fields(states: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return f̃ at the states in the middle, of order 2K and of order 2K − 2, (r, n + m) each."""
-    found = []
+    fields = []
     for k in (K, K - 1):
         total: Any = 0.0
         for j in range(1, k + 1):
             weight = (-1) ** (j + 1) * factorial(k) ** 2 / (j * factorial(k - j) * factorial(k + j))
             total = total + weight * (states[:, K + j] - states[:, K - j])
-        found.append(total / step)
-    return found[0], found[1]
+        fields.append(total / step)
+    return fields[0], fields[1]
 
 
 def _walk(
@@ -401,8 +401,8 @@ def _other_form(
     along = f[0] / size
     across = (way - np.outer(way @ along / (along @ along), along)) * size
     alpha = np.abs(dual.covector(np.repeat(start[None], len(ends), axis=0), across, size))
-    found: np.ndarray = np.nan_to_num(alpha @ E @ np.abs(slope[0]), posinf=0.0)
-    return found
+    change: np.ndarray = np.nan_to_num(alpha @ E @ np.abs(slope[0]), posinf=0.0)
+    return change
 
 
 def _along(
@@ -449,7 +449,7 @@ def _paths(
     z = np.broadcast_to(start, ends.shape)
     if dual.canonical:
         return z[:, None, :] + at[None, :, None] * (ends - z)[:, None, :]
-    found = [z]
+    nodes = [z]
 
     def rate(z: np.ndarray, t: float) -> np.ndarray:
         return dual.moved(z, (ends - z) / (1 - t), size)
@@ -467,20 +467,20 @@ def _paths(
             c = rate(z + d / 2 * b, t + d / 2)
             e = rate(z + d * c, t + d)
             z = z + d / 6 * (a + 2 * b + 2 * c + e)
-        found.append(z)
-    close = (np.abs(found[-1] - ends) / size).max(axis=1) < 1e-3  # except for the quadrature of it
-    found[-1] = np.where(close[:, None], ends, found[-1])
-    return np.stack(found, axis=1)
+        nodes.append(z)
+    close = (np.abs(nodes[-1] - ends) / size).max(axis=1) < 1e-3  # except for the quadrature of it
+    nodes[-1] = np.where(close[:, None], ends, nodes[-1])
+    return np.stack(nodes, axis=1)
 
 
 def _derivative(at: np.ndarray) -> np.ndarray:
     """Return the matrix from values at nodes to the derivatives of their polynomial there."""
     gaps = at[:, None] - at + np.eye(len(at))
     size = np.prod(gaps, axis=1)
-    found = size[:, None] / size / gaps
-    np.fill_diagonal(found, 0)
-    np.fill_diagonal(found, -found.sum(axis=1))
-    return np.asarray(found)
+    matrix = size[:, None] / size / gaps
+    np.fill_diagonal(matrix, 0)
+    np.fill_diagonal(matrix, -matrix.sum(axis=1))
+    return np.asarray(matrix)
 
 
 def _weights(at: np.ndarray) -> np.ndarray:

@@ -39,10 +39,10 @@ def moving_energy(scene: Scene) -> float:
     s = SceneSymbols(scene)
     if s.degenerate:
         return _exchanged(scene, s)
-    found = [_start(scene)] if scene.mu0 is None else []
+    motions = [_start(scene)] if scene.mu0 is None else []
     with suppress(DiscmechError, reference.ReferenceFailure):
-        found.append(motion(scene))
-    states = [np.vstack(part) for part in zip(*found, strict=True)] if found else []
+        motions.append(motion(scene))
+    states = [np.vstack(part) for part in zip(*motions, strict=True)] if motions else []
     if not states:
         return 0.0
     x, mu, xi = states
@@ -55,9 +55,9 @@ def moving_energy(scene: Scene) -> float:
     at = numeric({"x": s.x, "p": s.parameter_list}, [list(rest)], NUMBERS, columns=True)
     with np.errstate(all="ignore"):
         parameters = [NUMBERS.number(p) for p in scene.parameter_values]
-        given = np.asarray(at(x.T, parameters), dtype=float).reshape(len(rest), -1)
-        given = np.broadcast_to(given, mu.T.shape)
-        own = np.where(np.isfinite(given.T), given.T, 0.0)
+        momenta = np.asarray(at(x.T, parameters), dtype=float).reshape(len(rest), -1)
+        momenta = np.broadcast_to(momenta, mu.T.shape)
+        own = np.where(np.isfinite(momenta.T), momenta.T, 0.0)
         sizes = np.abs((mu - own) * xi).sum(axis=1) / 2
     sizes = sizes[np.isfinite(sizes)]
     return float(sizes.max(initial=0.0))
@@ -72,9 +72,9 @@ def _exchanged(scene: Scene, s: SceneSymbols) -> float:
     letters = {"x": s.x, "p": s.parameter_list}
     slope = numeric(letters, [list(energy_gradient(s)[0])], NUMBERS, columns=True)
     parameters = [NUMBERS.number(p) for p in scene.parameter_values]
-    found = (np.broadcast_to(e, len(x)) for e in slope(x.T, parameters))
+    slopes = (np.broadcast_to(e, len(x)) for e in slope(x.T, parameters))
     middle = (x.max(axis=0) + x.min(axis=0)) / 2
-    return float((np.abs(np.array(list(found)).T * (x - middle)).sum(axis=1) / 2).max())
+    return float((np.abs(np.array(list(slopes)).T * (x - middle)).sum(axis=1) / 2).max())
 
 
 def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

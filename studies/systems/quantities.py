@@ -104,8 +104,8 @@ def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> f
                             NUMBERS)  # fmt: skip
     error, size = 0.0, 0.0
     for k in np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int)):
-        given = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
-        value, terms = f(x[k], mu[k], given)
+        parameters = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
+        value, terms = f(x[k], mu[k], parameters)
         error += float(value.error.max())
         size += float(terms.value.max())
     return error / (size or 1.0)
@@ -133,9 +133,9 @@ def step_round_off(
         sums = (2 + degrees)[:, None]
         of_forces = force_errors(scheme, x_row, None if multipliers is None else multipliers[k])
         of_sums = sums * mu_row**2 + h**2 * of_forces
-        found = np.einsum("kai,ia->k", of_x**2, 2 * x_row**2)
-        found = found + np.einsum("kai,ia->k", of_mu**2, of_sums)
-        worst = max(worst, math.sqrt(found.max() / 3))  # a rounding has ε/√3 in the mean square
+        variances = np.einsum("kai,ia->k", of_x**2, 2 * x_row**2)
+        variances = variances + np.einsum("kai,ia->k", of_mu**2, of_sums)
+        worst = max(worst, math.sqrt(variances.max() / 3))  # a rounding has ε/√3 in the mean square
     return worst
 
 
@@ -158,41 +158,41 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
     squares = np.zeros((lattice.sites, lattice.groupoid.dim_u))
     even = np.linspace(0, len(pairs) - 1, SAMPLE // 2).astype(int)
     for letters, values, rows in kinds:
-        given = {**letters, "h": s.h, "p": s.parameter_list}
+        arguments = {**letters, "h": s.h, "p": s.parameter_list}
         common, own = _apart(values)
-        f = numeric(given, [values, [e for _, e in common] or [s.h]], NUMBERS, columns=True)
-        found, shared = (
+        f = numeric(arguments, [values, [e for _, e in common] or [s.h]], NUMBERS, columns=True)
+        forces, shared = (
             np.broadcast_to(e.reshape(len(e), -1), (len(e), len(pairs)))
             for e in f(*(list(row.T) for row in rows), 1.0, p)
         )
-        text = numeric_text({**given, "c": [c for c, _ in common] or [sympy.Dummy()]}, [own])
+        text = numeric_text({**arguments, "c": [c for c, _ in common] or [sympy.Dummy()]}, [own])
         with_errors, of_errors = with_running_errors(text, NUMBERS), 0.0
-        largest = np.argsort((found**2).sum(axis=0))[-SAMPLE // 2 :]
+        largest = np.argsort((forces**2).sum(axis=0))[-SAMPLE // 2 :]
         some = np.union1d(even, largest)
         for k in some:
             at = [row[k] for row in (*rows, shared.T)]
             digits = np.array([e[k] if np.ndim(e) else e for e in p])
             errors = with_errors(*at[:-1], 1.0, digits, at[-1]).error
             of_errors += float((errors**2).sum())
-        size = float((found[:, some] ** 2).sum())
+        size = float((forces[:, some] ** 2).sum())
         share = 4 * of_errors / size if size else 0.0
-        np.add.at(squares, pairs, (share * found.T**2).reshape(len(pairs), 2, -1))
+        np.add.at(squares, pairs, (share * forces.T**2).reshape(len(pairs), 2, -1))
     return squares
 
 
 def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
     """Return [(letter, expression)] common to both halves of `values`, and these by them."""
-    found, reduced = sympy.cse(values, sympy.numbered_symbols("common", real=True), order="none")
+    pairs, reduced = sympy.cse(values, sympy.numbered_symbols("common", real=True), order="none")
     holds: dict[Any, set[Any]] = {}  # of a letter, itself and all letters that it is made of
     whole: dict[Any, Any] = {}
-    for letter, value in found:
+    for letter, value in pairs:
         whole[letter] = value.xreplace(whole)
         holds[letter] = {letter}.union(*(holds.get(e, set()) for e in value.free_symbols))
     half = len(values) // 2
     one, other = (set().union(*(holds.get(e, set()) for v in part for e in v.free_symbols))
                   for part in (reduced[:half], reduced[half:]))  # fmt: skip
     own: dict[Any, Any] = {}
-    for letter, value in found:
+    for letter, value in pairs:
         if letter not in one & other:
             own[letter] = value.xreplace(own)
     common = [(letter, value) for letter, value in whole.items() if letter in one & other]
@@ -234,7 +234,7 @@ def _summed(f: Any, p: list[Any], ends: np.ndarray, *rows: np.ndarray) -> np.nda
     """
     r, count = len(rows[0]), len(ends)
     columns = (list(e[:, ends].reshape(r * count, -1).T) for e in rows)
-    found = f(*columns, [np.tile(e, r) if np.ndim(e) else e for e in p])
-    shaped = (np.asarray(e).reshape(len(e), -1) for e in found)
+    values = f(*columns, [np.tile(e, r) if np.ndim(e) else e for e in p])
+    shaped = (np.asarray(e).reshape(len(e), -1) for e in values)
     return np.array([np.broadcast_to(e, (len(e), r * count)).reshape(-1, r, count).sum(axis=2)
                      for e in shaped])  # fmt: skip

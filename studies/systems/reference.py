@@ -64,8 +64,8 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
 
 def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
-    found = field_of(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
-    return found[: x.size].reshape(x.shape), found[x.size :].reshape(mu.shape)
+    slopes = field_of(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
+    return slopes[: x.size].reshape(x.shape), slopes[x.size :].reshape(mu.shape)
 
 
 def field_of(
@@ -91,8 +91,8 @@ def field_of(
         x, mu = state[: N * n].reshape(N, n), state[N * n :].reshape(N, m)
         of_sites, of_bonds = (values for _, values, _ in scheme.terms_at(t))
         xi = velocities(flow, x[None], mu[None], near[None], np.array([t]))[0].astype(float)
-        found = own(list(x.T), list(xi.T), list(mu.T), of_sites).astype(float)
-        rate = np.broadcast_to(found, (n + m, N)).T
+        slopes = own(list(x.T), list(xi.T), list(mu.T), of_sites).astype(float)
+        rate = np.broadcast_to(slopes, (n + m, N)).T
         of_mu = rate[:, n:].copy()
         (forces,) = of_all(tie, len(pairs), *at_ends(pairs, x, xi), of_bonds)
         np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))

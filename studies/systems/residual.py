@@ -37,8 +37,8 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> dict
     worst: dict[str, float] = {}
     for part in flow.parts:
         run = LatticeRun.from_row(part, x, mu, t)
-        found = _defects(run, x, t)
-        worst = {name: np.maximum(value, worst.get(name, 0.0)) for name, value in found.items()}
+        defects = _defects(run, x, t)
+        worst = {name: np.maximum(value, worst.get(name, 0.0)) for name, value in defects.items()}
         x, mu, t = run.x, run.mu, t + float(part.step)
     return {name: float(value) for name, value in worst.items()}
 
@@ -55,7 +55,7 @@ def _defects(run: LatticeRun, x: np.ndarray, t: float) -> dict[str, float]:
     sums = _summed(flow, x, moving, h, size, asked, t)
     minus, bound = sums["minus"]
     moved = sums["target"][1] + abs(x) + abs(run.x)
-    found, gaps = {}, [(sums["target"][0] - run.x, moved), sums["stages"]]
+    defects, gaps = {}, [(sums["target"][0] - run.x, moved), sums["stages"]]
     if scheme.constraints:
         joints, (v, impulses) = Joints(scheme, asked), run.projected
         multipliers = w[flow.lattice.pairs[:, 1], m:]
@@ -63,8 +63,8 @@ def _defects(run: LatticeRun, x: np.ndarray, t: float) -> dict[str, float]:
         minus, bound = minus - h * pull, bound + abs(h) * of_pull
         push, of_push = joints.forces((run.x, moved), impulses, _largest(impulses))
         gaps.append((run.mu - after - push, of_push + abs(run.mu) + abs(after)))
-        held = joints.missed((run.x, moved), v, _largest(v))
-        found = dict(zip(("constraint", "hidden"), held, strict=True))
+        misses = joints.missed((run.x, moved), v, _largest(v))
+        defects = dict(zip(("constraint", "hidden"), misses, strict=True))
     # μ′ is μ plus a step's gain, so an error of F⁻ is one of F⁺ too
     bound = bound + abs(h * before)
     gaps += [(minus - h * before, bound),
@@ -74,7 +74,7 @@ def _defects(run: LatticeRun, x: np.ndarray, t: float) -> dict[str, float]:
         gap, allowed = abs(gap)[asked], allowed[asked]
         with np.errstate(divide="ignore", invalid="ignore"):
             worst.append(np.max(np.where(gap == 0, 0, gap / allowed), initial=0))
-    return {"residual": float(np.max(worst)), **found}
+    return {"residual": float(np.max(worst)), **defects}
 
 
 def _largest(rows: np.ndarray) -> float:
@@ -120,9 +120,9 @@ def _summed(
         digits, f = _maps(equations)
         q = np.stack([np.broadcast_to(e, len(places)) for e in (h, *p, *digits)])
         for k in np.flatnonzero(asked[sites].any(axis=1)):
-            place, unknown, given, at_ends = places[k], unknowns[k], q[:, k], sites[k]
-            found = f(place, rounded(unknown, size), rounded(given))
-            for name, part in zip(NAMES, found, strict=True):
+            place, unknown, numbers, at_ends = places[k], unknowns[k], q[:, k], sites[k]
+            parts = f(place, rounded(unknown, size), rounded(numbers))
+            for name, part in zip(NAMES, parts, strict=True):
                 if name == "target" and sites is pairs:
                     continue  # x of both ends moves by itself
                 block = np.array([part.value, part.error + abs(part.value)])
@@ -139,8 +139,8 @@ def _maps(equations: Any) -> tuple[list[float], Any]:
     maps, s = equations.discrete, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target[: s.n, :]]
     time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
-    given = {"x": s.position, "w": equations.w,
-             "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
-    text = numeric_text(given, [list(e) for e in made], graph=maps.of.graph)
+    letters = {"x": s.position, "w": equations.w,
+               "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
+    text = numeric_text(letters, [list(e) for e in made], graph=maps.of.graph)
     digits = [float(of(20)) for of in s.constants.values()]
     return digits, with_running_errors(text, Double())

@@ -95,13 +95,13 @@ RESOLVED = 5
 
 def _growth(run: Trajectory, rows: slice = slice(None)) -> np.ndarray:
     """Return per row the largest entry of x, or of μ, over the largest of the first hundredth."""
-    found = np.ones(len(run.t[rows]))
+    growth = np.ones(len(run.t[rows]))
     for part in (run.x, run.mu):
         start, sizes = (_largest(np.abs(np.asarray(part[which], dtype=float)))
                         for which in (slice(1 + len(part) // 100), rows))  # fmt: skip
         first = start.max()
-        found = np.maximum(found, sizes / first if first else found)
-    return found
+        growth = np.maximum(growth, sizes / first if first else growth)
+    return growth
 
 
 def _largest(rows: np.ndarray) -> np.ndarray:
@@ -231,8 +231,8 @@ def in_rows(
     def of(column: Any) -> np.ndarray:
         if double:
             return np.asarray(column, dtype=float)
-        given = [numbers.number(e) for e in np.ravel(column)]
-        return np.array(given, dtype=object).reshape(np.shape(column))
+        entries = [numbers.number(e) for e in np.ravel(column)]
+        return np.array(entries, dtype=object).reshape(np.shape(column))
 
     with numbers.working():
         p = [numbers.number(v) for v in scheme.scene.parameter_values]
@@ -243,28 +243,28 @@ def in_rows(
             start = np.broadcast_to(of(scheme.scene.v0), mu.shape) if near is None else of(near)
         if not double:
             xi = mu if inverse is None else inverse(x, mu, p, start)
-            found = [f(*at, p) for at in zip(x, xi, mu, strict=True)]
-            return np.array([v for v, _ in found]), np.array([t for _, t in found])
+            pairs = [f(*at, p) for at in zip(x, xi, mu, strict=True)]
+            return np.array([v for v, _ in pairs]), np.array([t for _, t in pairs])
         columns: list[np.ndarray] = []
         for first in range(0, max(1, len(mu)), COLUMN):  # as many rows as fit a processor's cache
             at = slice(first, first + COLUMN)
             b, m = (np.ascontiguousarray(e[at].T) for e in (x, mu))
-            given = f(b, m if inverse is None else inverse(x[at], mu[at], p, start[at]).T, m, p)
-            columns = columns or [np.empty((len(e), len(mu))) for e in given]
-            for whole, e in zip(columns, given, strict=True):
+            entries = f(b, m if inverse is None else inverse(x[at], mu[at], p, start[at]).T, m, p)
+            columns = columns or [np.empty((len(e), len(mu))) for e in entries]
+            for whole, e in zip(columns, entries, strict=True):
                 whole.T[at] = e.T
         values, terms = columns
     return values.T, terms.T
 
 
-def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
+def relative_drifts(pair: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
     """Return per row the largest |J − J₀| over the components, over their largest absolute terms'
     sum.
 
-    `found` is the result of `with_terms`. The sum is that row's or the start's, whichever is
+    `pair` is the result of `with_terms`. The sum is that row's or the start's, whichever is
     larger, so that terms that grow later hide nothing.
     """
-    values, terms = found
+    values, terms = pair
     with arithmetic(digits).working():
         columns = (abs(column - column[0]) for column in values.T)
         drifts = reduce(np.maximum, columns, np.zeros(len(values), values.dtype))

@@ -34,10 +34,10 @@ class SceneSystem(System):
     def end(self, time: Any, digits: int) -> End:
         """Return the end by a certified reference."""
         scene = self.scheme.scene  # with the start of recorded runs
-        found = reference.solution(scene, time, digits=digits)
-        certain = found.certain_digits
+        solution = reference.solution(scene, time, digits=digits)
+        certain = solution.certain_digits
         agreed = certain if self.case.scene.in_numbers else None
-        return End(found.x, found.mu, certain, answer=found, agreed=agreed)
+        return End(solution.x, solution.mu, certain, answer=solution, agreed=agreed)
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
         """Return ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ and its parts, computed in mpmath."""

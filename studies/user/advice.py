@@ -56,9 +56,9 @@ def ranked(standings: Sequence[Standing]) -> list[tuple[str, Standing]]:
             return "behind"
         return "open" if one.value is None else "tied" if k else "best"
 
-    found = [(place(k, one), one) for k, one in enumerate(every)]
+    pairs = [(place(k, one), one) for k, one in enumerate(every)]
     order = ("best", "tied", "behind", "open", "out")
-    return sorted(found, key=lambda pair: order.index(pair[0]))
+    return sorted(pairs, key=lambda pair: order.index(pair[0]))
 
 
 def advice(cases: Sequence[AnyResult], comparison: Sequence[Json]) -> list[dict[str, Any]]:
@@ -74,24 +74,24 @@ def advice(cases: Sequence[AnyResult], comparison: Sequence[Json]) -> list[dict[
     """
     timed = (c for c in cases if c.study == "work-precision" and c.figures.get("x") == "seconds")
     races = grouped(timed, lambda case: (case.scene, case.retraction, case.details.periods))
-    found: list[tuple[Any, dict[str, Any]]] = []
+    pairs: list[tuple[Any, dict[str, Any]]] = []
     for (*place, periods), own in races.items():
         if len({case.rule for case in own}) < 2:
             continue  # a single method has no rank
         if periods is not None:
-            found.append((place, _over_long_times(own)))
+            pairs.append((place, _over_long_times(own)))
         else:
-            found += [(place, _for_accuracy(own, key)) for key in own[0].figures["cost"]]
+            pairs += [(place, _for_accuracy(own, key)) for key in own[0].figures["cost"]]
     known = (line for line in comparison if line.get("stable") is not None)
     stable = grouped(known, lambda line: (line["scene"], line["retraction"]))
     for (scene, chart), lines in stable.items():
         if len(lines) > 1:
             alike = _leaders(races.get((scene, chart, None), ()))
-            found.append(([scene, chart], _at_large_steps(lines, alike)))
-    places = [place for place, _ in found]
+            pairs.append(([scene, chart], _at_large_steps(lines, alike)))
+    places = [place for place, _ in pairs]
     return [
         {"scene": place[0], "retraction": place[1], **line}
-        for place, line in sorted(found, key=lambda pair: places.index(pair[0]))
+        for place, line in sorted(pairs, key=lambda pair: places.index(pair[0]))
     ]
 
 
@@ -119,14 +119,14 @@ def _over_long_times(cases: Sequence[AnyResult]) -> dict[str, Any]:
     periods = cases[0].details.periods or 0
 
     def standing(rules: tuple[str, ...], case: AnyResult) -> Standing:
-        found = case.figures["equal_time"]
-        if found is None or found["error"] > LOST:
+        figure = case.figures["equal_time"]
+        if figure is None or figure["error"] > LOST:
             return Standing(rules, None, math.inf)
-        error, (low, high) = found["error"], found["spread"]
-        grown = max(1.0, MANY / periods) ** max(0.0, found["growth"] or 0.0)
+        error, (low, high) = figure["error"], figure["spread"]
+        grown = max(1.0, MANY / periods) ** max(0.0, figure["growth"] or 0.0)
         return Standing(rules, error, min(low, error / AGREE), max(high, error * AGREE) * grown)
 
-    times = [found["seconds"] for c in cases if (found := c.figures["equal_time"])]
+    times = [figure["seconds"] for c in cases if (figure := c.figures["equal_time"])]
     line = _line("1e6 periods", _standings(_by_rule(cases), _leaders(cases), standing))
     return {**line, "periods": periods, "seconds": min(times, default=None)}
 
@@ -171,10 +171,10 @@ def _standings(
 
 def _line(goal: str, standings: Sequence[Standing]) -> dict[str, Any]:
     """Return the line of the advice, without its scene."""
-    found = ranked(standings)
-    best = found[0][1] if found and found[0][0] == "best" else None
+    ranking = ranked(standings)
+    best = ranking[0][1] if ranking and ranking[0][0] == "best" else None
     least = best.value if best is not None else None
-    taken = [one for said, one in found if said in ("best", "tied")]
+    taken = [one for said, one in ranking if said in ("best", "tied")]
     return {
         "for": goal,
         "take": [rule for one in taken for rule in one.rules],
@@ -187,6 +187,6 @@ def _line(goal: str, standings: Sequence[Standing]) -> dict[str, Any]:
                 "ratio": one.value / least if least and one.value else None,
                 "ratios": [one.low / best.high, one.high / best.low] if best and least else None,
             }
-            for said, one in found
+            for said, one in ranking
         ],
     }

@@ -109,10 +109,10 @@ def assert_proven_order(
     beside = more.pop("beside", None)
     more.pop("pictures", None)
     check_names("the assertion of a proven order", more, ("order", "groupoid"))
-    found = prove(_in_folder(rule, beside), order, groupoid=groupoid, laws=())
-    if not found.proven:
-        raise Missed(_relative(found.text(), beside), found.to_json(), None)
-    return found.to_json()
+    proof = prove(_in_folder(rule, beside), order, groupoid=groupoid, laws=())
+    if not proof.proven:
+        raise Missed(_relative(proof.text(), beside), proof.to_json(), None)
+    return proof.to_json()
 
 
 def _assert(
@@ -202,8 +202,8 @@ def _boxed(rule: Any) -> Any:
     signature = signature_of(rule)
     if signature is None:
         return black_box()(rule)
-    given = list(signature.parameters)
-    return rule if given[:1] in (["L"], ["s"]) or len(given) not in (3, 4) else black_box()(rule)
+    names = list(signature.parameters)
+    return rule if names[:1] in (["L"], ["s"]) or len(names) not in (3, 4) else black_box()(rule)
 
 
 def _in_folder(thing: Any, folder: Path | None) -> Any:
@@ -211,8 +211,8 @@ def _in_folder(thing: Any, folder: Path | None) -> Any:
     if folder is None or not isinstance(thing, str):
         return thing
     *method, word = re.split(r":(?=[^:]*\.py\b)", thing, maxsplit=1)  # of METHOD:FILE.py:NAME
-    path, found, _ = word.partition(".py")
-    return ":".join([*method, str(folder / word)]) if (folder / (path + found)).is_file() else thing
+    path, ext, _ = word.partition(".py")
+    return ":".join([*method, str(folder / word)]) if (folder / (path + ext)).is_file() else thing
 
 
 def _relative(text: str, folder: Path | None) -> str:
@@ -224,8 +224,8 @@ def _next_step(result: AnyResult) -> str:
     """Return what to do about a test that did not pass, in pytest's words."""
     if result.verdict == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
-    found = round(result.figures.get("order") or 0) if result.wanted.get("order") else 0
-    other = f"; if you mean order {found}, ask for order={found}" if found > 0 else ""
+    order = round(result.figures.get("order") or 0) if result.wanted.get("order") else 0
+    other = f"; if you mean order {order}, ask for order={order}" if order > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
     whose = "scene" if (result.diagnosis or {}).get("cause") == "scene" else "rule"
     return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
@@ -248,19 +248,19 @@ def _cases(
     if said := apart(chosen, study):
         raise NotApplicable(" ".join(said))
     try:
-        found = study.cases(chosen)
+        cases = study.cases(chosen)
         if not study.usual:  # it would ask only rules that claim what is asserted
-            found = found or plain_cases(study.name, chosen, study.digits)
+            cases = cases or plain_cases(study.name, chosen, study.digits)
         _ = Case(study.name, scene, rule, 16).scheme
     except CannotMeasure as refusal:
         raise NotApplicable(str(refusal)) from None
     except BadInput as error:
         raise BadInput(str(error)) from None
-    if not found:
+    if not cases:
         raise NotApplicable(
             f"{study.name} says nothing of {scene.name} with {rule.name}: {study.needs}"
         )
-    return sorted(found, key=lambda case: case.digits)
+    return sorted(cases, key=lambda case: case.digits)
 
 
 def _with_least(study: Study, case: Case, result: AnyResult, least: int) -> AnyResult:

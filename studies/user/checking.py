@@ -65,10 +65,10 @@ def _command(study: Study, chosen: Choice) -> str:
     charts = [name for name in retractions.BUILT_IN if name in used]
     if len(charts) > 1 or not all(map(words.is_found, things)):
         return ""
-    given = {"--rule": [*map(words.address_of, chosen.rules)], "--retraction": charts,
+    flags = {"--rule": [*map(words.address_of, chosen.rules)], "--retraction": charts,
              "--digits": chosen.digits, "--steps": chosen.steps}  # fmt: skip
     scenes = map(words.address_of, chosen.scenes)
-    return shlex.join(["discmech", word_for_study(study.name), *scenes, *option_words(given)])
+    return shlex.join(["discmech", word_for_study(study.name), *scenes, *option_words(flags)])
 
 
 def _study(thing: Study | str) -> Study:

@@ -77,8 +77,8 @@ def comparison(cases: Sequence[AnyResult]) -> list[dict[str, Any]]:
                     line[name] = value
                 else:
                     line.setdefault("not_finite", []).append("error" if name == "errors" else name)
-    found = [line for line in lines.values() if len(line) > 4]
-    for fellows in grouped(found, lambda line: (line["scene"], line["digits"])).values():
+    rows = [line for line in lines.values() if len(line) > 4]
+    for fellows in grouped(rows, lambda line: (line["scene"], line["digits"])).values():
         for line in fellows:
             _common(line, fellows, "errors", "step", "error")
             _common(line, fellows, "costs", "accuracy", "seconds")
@@ -88,7 +88,7 @@ def comparison(cases: Sequence[AnyResult]) -> list[dict[str, Any]]:
                 for name in ("error", "band", "seconds")
                 if _sound(line, name)
             }
-    return [{k: v for k, v in line.items() if k not in ("errors", "costs")} for line in found]
+    return [{k: v for k, v in line.items() if k not in ("errors", "costs")} for line in rows]
 
 
 def _is_finite(value: Any) -> bool:
@@ -105,11 +105,11 @@ def _sound(line: dict[str, Any], name: str) -> bool:
 
 
 def _common(
-    line: dict[str, Any], fellows: Sequence[dict[str, Any]], held: str, key: str, value: str
+    line: dict[str, Any], fellows: Sequence[dict[str, Any]], table: str, key: str, value: str
 ) -> None:
     """Set the value at the smallest key that all of the methods have."""
-    tables = [f[held] for f in fellows if f.get(held)]
+    tables = [f[table] for f in fellows if f.get(table)]
     shared = set.intersection(*map(set, tables)) if tables else set()
-    if line.get(held) and shared:
+    if line.get(table) and shared:
         line[key] = min(shared)
-        line[value] = line[held][line[key]]
+        line[value] = line[table][line[key]]

@@ -63,10 +63,10 @@ def plot(
             raise BadInput("kind is of trajectories: leave it out for the result of a study.")
         result = study_result_of(thing)
         known_rules(labels or {}, [str(case.rule) for case in result.cases])
-        found = [s for s in sketches(result, {}, look) if digits in (None, s.digits)]
-        if not found:
+        drawings = [s for s in sketches(result, {}, look) if digits in (None, s.digits)]
+        if not drawings:
             raise BadInput(f"the study {result.study} has no figure of these cases.")
-        return figure_of(found[0].panels, found[0].sheet, look.style)
+        return figure_of(drawings[0].panels, drawings[0].sheet, look.style)
     runs = list(thing) if isinstance(thing, list | tuple) else [thing]
     if not runs or any(subject_of(run) is None for run in runs):
         raise BadInput(
@@ -108,11 +108,11 @@ def _told_apart(rules: Sequence[Any]) -> list[str]:
 
     What has one file, too, is numbered.
     """
-    found = {id(rule): rule for rule in rules}
-    names = {key: str(getattr(rule, "name", "")) for key, rule in found.items()}
+    objects = {id(rule): rule for rule in rules}
+    names = {key: str(getattr(rule, "name", "")) for key, rule in objects.items()}
 
     def with_file(key: int) -> str:
-        return f"{_file_of(found[key])}-{names[key]}".lstrip("-")
+        return f"{_file_of(objects[key])}-{names[key]}".lstrip("-")
 
     def with_number(key: int) -> str:
         return f"{names[key]} ({[k for k in names if names[k] == names[key]].index(key) + 1})"
@@ -132,9 +132,9 @@ def _file_of(rule: Any) -> str:
 
 def _angles(wrap: Any, entries: int) -> tuple[int, ...]:
     """Return the entries of x that are angles."""
-    found = range(entries) if wrap is True else () if wrap is False else wrap
+    choice = range(entries) if wrap is True else () if wrap is False else wrap
     try:
-        angles = [*found]
+        angles = [*choice]
     except TypeError:
         angles = [wrap]
     if not all(type(k) is int and 0 <= k < entries for k in angles):
@@ -216,8 +216,8 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
     from ..report.alike import shares
     from ..report.labels import end_labels
 
-    found = {run.label: run.mark.colour for run in runs}
-    several, drawn = len(found) > 1, list[Any]()
+    colours = {run.label: run.mark.colour for run in runs}
+    several, drawn = len(colours) > 1, list[Any]()
     ends = dict[str, tuple[float, float]]()
     tones = None if several or len(ups) < 2 else _tones(axes, len(ups))
     for run, (place, up) in ((run, each) for run in runs for each in enumerate(ups)):
@@ -241,7 +241,7 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
             points = [each.get_xydata()[:: len(each.get_xydata()) // COMPARED + 1] for each in own]
             for line, run, share in zip(own, runs, shares(axes, points), strict=True):
                 line.set(**share.line(run.mark, 0.7))
-        end_labels(axes, [(*end, label, found[label]) for label, end in ends.items()])
+        end_labels(axes, [(*end, label, colours[label]) for label, end in ends.items()])
 
 
 def _tones(axes: Axes, sites: int) -> Any:
@@ -297,10 +297,10 @@ def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
             f"there is no style file {shown(style)}: name a .mplstyle file of matplotlib."
         )
     try:
-        given = matplotlib.rc_params_from_file(str(style), use_default_template=False)
+        settings = matplotlib.rc_params_from_file(str(style), use_default_template=False)
     except (ValueError, OSError) as error:
         raise BadInput(f"{style} is no style file of matplotlib: {error}.") from None
-    return Look(tuple(labels.items()), tuple((name, given[name]) for name in given))
+    return Look(tuple(labels.items()), tuple((name, settings[name]) for name in settings))
 
 
 def _is_file(name: Any) -> bool:
@@ -351,10 +351,10 @@ def _phase(runs: Sequence[_Run]) -> list[Panel]:
         pairs = [("mu", i, "mu", (i + 1) % m) for i in range(m if m > 2 else 1)]
     else:
         raise BadInput("x and μ have no entries in pairs here: there is no phase portrait.")
-    found = [((a, site, i), (b, site, j)) for site in first.moving for a, i, b, j in pairs]
+    planes = [((a, site, i), (b, site, j)) for site in first.moving for a, i, b, j in pairs]
     # where nothing moves, as out of the plane of an orbit, there is no curve
-    moving = [pair for pair in found if any(run.moves(*entry) for run in runs for entry in pair)]
-    return [_against(runs, a, [b], first.name(*b)) for a, b in moving or found]
+    moving = [pair for pair in planes if any(run.moves(*entry) for run in runs for entry in pair)]
+    return [_against(runs, a, [b], first.name(*b)) for a, b in moving or planes]
 
 
 def _base(runs: Sequence[_Run]) -> list[Panel]:

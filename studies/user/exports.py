@@ -130,18 +130,18 @@ def beside(scheme: Any, box: Any, steps: int = STEPS, progress: Progress = silen
     ratio = apart / bound[:count]
     at = int(np.argmax(ratio)) if count else 0
     asked = min(FEWEST, steps)
-    found = (steps, count - 1, float(ratio[at]), at, float(apart[at]), float(bound[at]))
+    figures = (steps, count - 1, float(ratio[at]), at, float(apart[at]), float(bound[at]))
     if not ratio[at] <= 1:  # NaN differs
         said = f"step {at} differs by {apart[at]:.1e} of the state; round-off is {bound[at]:.1e}"
-        return Beside("fail", said, *found)
+        return Beside("fail", said, *figures)
     if not one.u.any() and (own == own[0]).all():
         said = "the scene stays at rest, where steps of any method agree; give it a start that "
         said += "moves (v0, or x0 beside the equilibrium): the file itself takes any start"
-        return Beside("inconclusive", said, *found)
+        return Beside("inconclusive", said, *figures)
     if count <= asked:
         said = f"round-off grows so fast that nothing can be told after {count - 1} steps"
-        return Beside("inconclusive", f"{said}; begin at a calmer state", *found)
-    return Beside("pass", "", *found)
+        return Beside("inconclusive", f"{said}; begin at a calmer state", *figures)
+    return Beside("pass", "", *figures)
 
 
 def _lattice(scheme: Any) -> Any:
@@ -173,23 +173,23 @@ def _asked_for(scheme: Any, box: Any) -> Callable[[int, int], tuple[np.ndarray, 
     return lambda steps, every: program.run(*start, h, steps, every, system.name, values, t)
 
 
-def _rows(found: Any) -> np.ndarray:
-    return np.concatenate([e.reshape(len(e), -1) for e in (found.x, found.mu)], axis=1)
+def _rows(motion: Any) -> np.ndarray:
+    return np.concatenate([e.reshape(len(e), -1) for e in (motion.x, motion.mu)], axis=1)
 
 
-def _sizes(found: Any) -> np.ndarray:
+def _sizes(motion: Any) -> np.ndarray:
     """Return the unit of each entry, (n + m,): the largest of x, or of mu, in the run.
 
     An entry that is 0 but for the round-off of terms that cancel has no size of its own.
     """
-    parts = found.x, found.mu
+    parts = motion.x, motion.mu
     return np.concatenate([np.full(e[0].size, np.abs(e).max(initial=0)) for e in parts])
 
 
 def _over(differences: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return the largest difference of each row, each entry over its unit."""
-    found: np.ndarray = (differences / np.where(scale > 0, scale, 1.0)).max(axis=1)
-    return found
+    ratios: np.ndarray = (differences / np.where(scale > 0, scale, 1.0)).max(axis=1)
+    return ratios
 
 
 def _restarted(
@@ -287,23 +287,23 @@ def verdicts(
     scheme: Scheme, box: Any, progress: Progress = silent, studies: Sequence[str] = STUDIES
 ) -> list[Verdicts]:
     """Return what each study says of the scheme and of the exported file, side by side."""
-    found = []
+    rows = []
     for i, study in enumerate(studies):
         progress(study, i / len(studies))
         try:
             of_original = _asked(study, scheme.scene, scheme.rule)
             of_file = _asked(study, scheme.scene, box)
         except BadInput as error:  # the study does not apply
-            found.append(Verdicts(study, "not asked", "not asked", str(error)))
+            rows.append(Verdicts(study, "not asked", "not asked", str(error)))
             continue
-        found.append(Verdicts(study, of_original[0], *of_file))
-    return found
+        rows.append(Verdicts(study, of_original[0], *of_file))
+    return rows
 
 
 def _asked(study: str, scene: Any, rule: Any) -> tuple[str, str]:
-    found = check(study, [scene], [rule], digits=[16])
-    cases = [case for case in found["cases"] if not case["control"]]
-    worst = next((c for c in cases if c["verdict"] == found["verdict"]), cases[0])
+    answer = check(study, [scene], [rule], digits=[16])
+    cases = [case for case in answer["cases"] if not case["control"]]
+    worst = next((c for c in cases if c["verdict"] == answer["verdict"]), cases[0])
     return worst["verdict"], worst.get("reason") or ""
 
 

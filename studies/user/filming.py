@@ -214,13 +214,13 @@ def _no_place(subject: Any, n: int) -> BadInput:
 def _polylines(bodies: Callable[..., Any], x: Any) -> list[Any]:
     """Return the rows of points that a function gives, as arrays k×2 or k×3."""
     try:
-        given = bodies(x)
+        points = bodies(x)
     except Exception as error:  # a user's function may raise anything
         raise BadInput(f"bodies(x) raises {type(error).__name__}: {error}.") from error
     try:
-        rows = [np.asarray(given, dtype=float)]
+        rows = [np.asarray(points, dtype=float)]
     except (TypeError, ValueError):  # rows of different lengths
-        rows = [np.asarray(row, dtype=float) for row in given]
+        rows = [np.asarray(row, dtype=float) for row in points]
     rows = [part for row in rows for part in (row if row.ndim == 3 else [row])]
     if not rows or any(row.ndim != 2 or row.shape[1] not in (2, 3) for row in rows):
         shapes = ", ".join(str(row.shape) for row in rows) or "nothing"

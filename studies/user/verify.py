@@ -108,8 +108,8 @@ class Request:
             alone = own and rules == lookup.rules(RULES)
             others = [rule for rule in rules if not rule.is_recorded]
             usual = usual_scenes(others, self.together) if others else ()
-            found = dict.fromkeys((*own, *scenes_recorded(rules), *usual))
-            chosen = own if alone else tuple(found)
+            candidates = dict.fromkeys((*own, *scenes_recorded(rules), *usual))
+            chosen = own if alone else tuple(candidates)
         not_meant = () if self.scenes else tuple(
             (scene.name, rule.name) for rule in rules for scene in chosen
             if rule.is_recorded and scene not in scenes_recorded([rule], own)
@@ -142,15 +142,15 @@ def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) 
     They are the named ones, or else those, built in or the user's own, that begin at the same
     state.
     """
-    found: list[Scene] = []
+    matches: list[Scene] = []
     for rule in rules:
         if rule.is_recorded:
             runs: Any = rule
             known = [*own, *scenes.all_scenes()]
-            found += [
+            matches += [
                 s for s in known if (s.name == runs.scene if runs.scene else runs.begins_at(s))
             ]
-    return found
+    return matches
 
 
 def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tuple[Scene, ...]:
@@ -164,14 +164,14 @@ def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tup
         return tuple(s for s in map(scenes.get, PLAIN) if wanted(r.applies(s) for r in rules))
 
     def of(names: Sequence[str]) -> list[Scene]:
-        found = map(scenes.get, names)
-        return [s for s in found if wanted(rule.applies(s) for rule in rules)]
+        systems = map(scenes.get, names)
+        return [s for s in systems if wanted(rule.applies(s) for rule in rules)]
 
     some = [sum(rule.applies(s) for s in map(scenes.get, SCENES)) for rule in rules]
     narrow = min(some, default=len(SCENES)) < len(SCENES) / 2
     wide = not narrow or max(some) >= len(SCENES) / 2
-    found = [*(of(SCENES) if wide else ()), *(of(ON_PAIRS) if narrow else ())]
-    return tuple({scene.name: scene for scene in found}.values())
+    systems = [*(of(SCENES) if wide else ()), *(of(ON_PAIRS) if narrow else ())]
+    return tuple({scene.name: scene for scene in systems}.values())
 
 
 def verify(
@@ -198,14 +198,14 @@ def verify(
         asked.append(of_lattices)
     if not request.studies and any(r.claims and r.claims.reversible for r in choice.rules):
         asked.append(every_study()["reversibility"])
-    held = [study for study in asked if list(study.cases(choice))]
-    if not held:
+    judges = [study for study in asked if list(study.cases(choice))]
+    if not judges:
         needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
         nothing = f"no study applies to what was chosen ({needs})."
         said = choice.unheeded() or apart(choice) or [nothing]
         raise BadInput(" ".join(said))
     results, schemes = run_studies(
-        held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
+        judges, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     result = joined("verify", results)
     notes = [*result.notes, *not_judged, *_left_out(request, choice, asked, result.cases)]
@@ -222,7 +222,7 @@ def proofs_of(
     A proof speaks of every Lagrangian of its classes, where scenes are examples. It takes some ten
     seconds of processor time; that of a rule of the bench is kept in the store.
     """
-    found = []
+    proofs = []
     for rule in rules:
         progress(f"{rule.name}: for every Lagrangian", 1.0)
         try:
@@ -232,8 +232,8 @@ def proofs_of(
                 answer = _proof(rule)
         except BadInput:  # a program, or a rule without a series: scenes alone speak of it
             continue
-        found.append(answer | {"command": f"discmech prove {shlex.quote(address_of(rule))}"})
-    return found
+        proofs.append(answer | {"command": f"discmech prove {shlex.quote(address_of(rule))}"})
+    return proofs
 
 
 def _proof(rule: Discretisation) -> dict[str, Any]:
@@ -270,7 +270,7 @@ def _left_out(
 
     A scene that only one study judges is mentioned with that study alone.
     """
-    found, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
+    lines, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
     for study in asked:
         seen = {case.scene for case in cases if case.study == study.name}
         own = {study.asks_for, "equations"}
@@ -278,10 +278,10 @@ def _left_out(
                 if name not in seen and own & parts_of(scene)]  # fmt: skip
         if left:
             where = "" if len(left) == len(scenes) else f" on {', '.join(left)}"
-            found.append(f"{study.name}{where}: {study.needs}")
+            lines.append(f"{study.name}{where}: {study.needs}")
     notes = apart(choice)
-    if found:
-        notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(found))
+    if lines:
+        notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(lines))
     if not request.studies:  # `apart` has already reported a chosen lattice study
         alone = ", ".join(
             s.name for s in map(get, NAMES) if s.name not in studies() and s.asks_for == "equations"

@@ -46,10 +46,10 @@ class Yardstick:
         That is the power of time with which the largest energy error grows from half the run to all
         of it: 0 for a steady band, 1 for a drift.
         """
-        found: dict[str, float] = {}
+        metrics: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
             gap = states.checkpoints[:, self.problem.places]
-            found |= self._against_reference(gap - self._reference_for(gap))
+            metrics |= self._against_reference(gap - self._reference_for(gap))
         path: Any = SimpleNamespace(x=states.path[:, : self.n], mu=states.path[:, self.n :])
         with np.errstate(all="ignore"):
             drifts = [("energy", relative_drifts(self.energy(path), 16))]
@@ -57,10 +57,10 @@ class Yardstick:
                 each = [relative_drifts(q(path), 16) for q in self.momenta]
                 drifts.append(("momentum", np.max(each, axis=0)))
         for name, drift in drifts:
-            found |= {name: float(drift[-1]), f"{name}-max": float(drift.max())}
+            metrics |= {name: float(drift[-1]), f"{name}-max": float(drift.max())}
         half = float(drifts[0][1][: len(path.x) // 2 + 1].max())
-        found["growth"] = math.log2(found["energy-max"] / half) if half > 0 else 0.0
-        return found
+        metrics["growth"] = math.log2(metrics["energy-max"] / half) if half > 0 else 0.0
+        return metrics
 
     def _reference_for(self, rows: np.ndarray) -> np.ndarray:
         """Return the reference at as many equal distances as there are rows."""
@@ -72,11 +72,11 @@ class Yardstick:
         """Return metrics of differences in (x, μ) at the checkpoints, a row each."""
         size, n = np.linalg.norm(self._reference_for(gap), axis=1), self.problem.scheme.s.n
         parts = {"": gap, "-mu": gap[:, n:]} | ({"-x": gap[:, :n]} if n else {})
-        found: dict[str, float] = {}
+        metrics: dict[str, float] = {}
         for name, part in parts.items():
             errors = np.linalg.norm(part, axis=1) / size
-            found |= {f"error{name}": float(errors[-1]), f"error{name}-max": float(errors.max())}
-        return found
+            metrics |= {f"error{name}": float(errors[-1]), f"error{name}-max": float(errors.max())}
+        return metrics
 
     def _rounded_start(self, equations: Any) -> dict[str, float]:
         """Return the growth of half a unit in each z₀, by the variational equation Ż = Df(z) Z."""
@@ -91,12 +91,12 @@ class Yardstick:
 
         times = [float(t) for t in self.problem.times]
         whole = np.concatenate([start, np.eye(size).ravel()])
-        found = solve_ivp(
+        solution = solve_ivp(
             field, (0.0, times[-1]), whole, method="DOP853", rtol=1e-6, atol=1e-9, t_eval=times
         )
-        if not found.success:
-            raise CannotMeasure(f"the variational equation was not solved: {found.message}")
-        tangents = found.y[size:].T.reshape(-1, size, size)
+        if not solution.success:
+            raise CannotMeasure(f"the variational equation was not solved: {solution.message}")
+        tangents = solution.y[size:].T.reshape(-1, size, size)
         rounding = UNIT * np.abs(start)
         grown = np.linalg.norm(tangents * rounding, axis=2)
         floors = self._against_reference(grown[:, self.problem.places])
@@ -106,8 +106,8 @@ class Yardstick:
 
 def reference_of(problem: Problem) -> np.ndarray:
     """Return certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
-    found = reference.solutions(problem.scene, problem.times, digits=20, proof=False)
-    worst = min(s.certain_digits for s in found)
+    solutions = reference.solutions(problem.scene, problem.times, digits=20, proof=False)
+    worst = min(s.certain_digits for s in solutions)
     if worst < 17:
         raise CannotMeasure(f"the reference has {worst} certain digits where 17 are needed.")
-    return np.array([[float(v) for v in (*s.x, *s.mu)] for s in found])
+    return np.array([[float(v) for v in (*s.x, *s.mu)] for s in solutions])

@@ -91,12 +91,12 @@ def hold_race(
            "peers": {each.contestant.name: points(each.rows, axes)
                      for each in climbs if each.contestant.kind == "peer"}}  # fmt: skip
     whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods}
-    found = {
+    summaries = {
         each.contestant.name: {**whole, **summary(each, axes), "race": {
             **run, "step": getattr(each.contestant, "equations", None)}}
         for each in climbs
     }  # fmt: skip
-    return found | {name: found[leader] for name, leader in alike.items()}
+    return summaries | {name: summaries[leader] for name, leader in alike.items()}
 
 
 def _one_method(rules: Sequence[RuleContestant]) -> dict[str, str]:
@@ -122,29 +122,29 @@ def climb(
     at one setting may work at the next; but after `GIVEN_UP` runs without an end within the budget,
     or as many that failed after a good one, no other is tried.
     """
-    found, clock = Climb(contestant), fine_clock()
+    ascent, clock = Climb(contestant), fine_clock()
     spent, before, growth = 0.0, 0.0, 2.0
     best, since, lost = math.inf, 0, 0
     for setting in contestant.ladder():
         told = contestant.told(setting)
         if lost == GIVEN_UP:
-            found.cut = f"{told['setting']}, since {lost} settings failed"
+            ascent.cut = f"{told['setting']}, since {lost} settings failed"
             break
-        few = contestant.kind == "rule" and len(errors_of(found.rows, metric)) < FEWEST
+        few = contestant.kind == "rule" and len(errors_of(ascent.rows, metric)) < FEWEST
         more = PATIENT if few else TALL if best > height else 1
         if spent + before * growth * LEAST > budget * more:
             needed = before * growth
-            found.cut = f"{told['setting']}, about {needed:.2g} s"
+            ascent.cut = f"{told['setting']}, about {needed:.2g} s"
             break
         row: dict[str, Any] = {**told, **dict.fromkeys((*ERRORS, "growth", *WORK)), "cause": ""}
-        found.rows.append(row)
+        ascent.rows.append(row)
         try:
             run = contestant.prepare(setting)
             states = run.states()
         except (StepFailure, CannotMeasure, BadInput) as failure:
             row["cause"] = getattr(failure, "cause", "") or str(failure)
             row["steps"] = getattr(failure, "step_index", None)
-            lost += bool(found.runs) or isinstance(failure, NoEnd)
+            lost += bool(ascent.runs) or isinstance(failure, NoEnd)
             continue
         errors = {k: v for k, v in yardstick.errors(states).items() if math.isfinite(v)}
         if metric not in errors:
@@ -158,12 +158,12 @@ def climb(
         row |= {**errors, **states.more}
         row |= {"steps": states.steps, "evaluations": states.evaluations,
                 "iterations": states.iterations, "seconds": seconds}  # fmt: skip
-        found.runs.append((row, run))
+        ascent.runs.append((row, run))
         since = 0 if errors[metric] < 0.7 * best else since + 1
         best = min(best, errors[metric])
         if since >= 3 and best < 1e4 * yardstick.floors[metric]:
             break
-    return found
+    return ascent
 
 
 def characteristic_period(problem: Problem, equations: Equations) -> float:

@@ -143,8 +143,8 @@ class Run:
 
     def states(self) -> States:
         """Return the states of the same run, made once more."""
-        found: States = self.contestant.states(self.made)
-        return found
+        states: States = self.contestant.states(self.made)
+        return states
 
 
 class Contestant:

@@ -16,6 +16,6 @@ PATIENT = 20
 
 def errors_of(rows: Sequence[Row], metric: str) -> list[float]:
     """Return the errors of finished runs; tolerances that share a step made one run."""
-    found = {row["steps"] if "promised" in row else k: row[metric]
-             for k, row in enumerate(rows) if row[metric] is not None}  # fmt: skip
-    return list(found.values())
+    errors = {row["steps"] if "promised" in row else k: row[metric]
+              for k, row in enumerate(rows) if row[metric] is not None}  # fmt: skip
+    return list(errors.values())

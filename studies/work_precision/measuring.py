@@ -87,11 +87,11 @@ class Race:
     def _command(self, rules: list[str]) -> str:
         chart = self.scene.groupoid.retraction
         asked = dict(self.choice.own) | {"periods": self.periods}
-        given = {
+        flags = {
             "--rule": rules, "--retraction": chart if chart in retractions.BUILT_IN else None,
             "--steps": self.choice.steps, **{o.flag: asked.get(o.name) for o in STUDY.options},
         }  # fmt: skip
-        return shlex.join(["discmech", NAME, address_of(self.scene), *option_words(given)])
+        return shlex.join(["discmech", NAME, address_of(self.scene), *option_words(flags)])
 
     @cached_property
     def results(self) -> dict[str, dict[str, Any]]:
@@ -149,7 +149,7 @@ def cases(choice: Choice) -> list[Case]:
     """
     if choice.digits and 16 not in choice.digits:
         return []
-    found: dict[tuple[str, str | None], tuple[Scene, list[Discretisation]]] = {}
+    charts: dict[tuple[str, str | None], tuple[Scene, list[Discretisation]]] = {}
     rules = choice.rules or (
         *discretisations.BUILT_IN.values(), *map(discretisations.get, HIGH_ORDER)
     )  # fmt: skip
@@ -159,13 +159,13 @@ def cases(choice: Choice) -> list[Case]:
         # peers integrate ẋ, μ̇ that are functions of (x, t, μ): they follow no constraints
         if scene.lagrangian is not None and not scene.all_constraints:
             chart = scene.name, scene.groupoid.retraction
-            found.setdefault(chart, (scene, []))[1].append(rule)
-    races = [Race(*each, choice, choice.asked("periods")) for each in found.values()]
+            charts.setdefault(chart, (scene, []))[1].append(rule)
+    races = [Race(*each, choice, choice.asked("periods")) for each in charts.values()]
     if also := choice.asked("also_periods"):  # there the energy's error counts
-        races += [Race(scene, rules, choice, also) for scene, rules in found.values()
+        races += [Race(scene, rules, choice, also) for scene, rules in charts.values()
                   if scene.force is None and not scene.timed]  # fmt: skip
     elif choice.asked("periods") is None and not choice.scenes:
-        races += [Race(*found[key], choice, PERIODS) for key in found if key[0] in LONG]
+        races += [Race(*charts[key], choice, PERIODS) for key in charts if key[0] in LONG]
     return [
         Entry(NAME, one.scene, one.rules[0], 16, choice.steps, race=one, method=method)
         for one in races
@@ -227,8 +227,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     assert isinstance(case, Entry)
     case.race.progress = progress
-    found = case.race.results[case.method]
+    record = case.race.results[case.method]
     own = [r for r in case.race.rules if case.method in (r.name, r.name + BY_TOLERANCE)]
     if not own or is_ours(own[0]):  # the orders of the bench's rules are proven
-        return found
-    return {**found, "local": single_steps(Case(NAME, case.scene, own[0], 16))}
+        return record
+    return {**record, "local": single_steps(Case(NAME, case.scene, own[0], 16))}

@@ -92,8 +92,8 @@ def _going_on(axes: Axes, curve: list[Point], mark: Mark) -> None:
 
 def _points(case: Case, x: str, y: str) -> list[Point]:
     """Return (work, error, row) in the order of the ladder; an error of zero cannot be drawn."""
-    found = [(row.along(x), row.along(y), row) for row in case.rows]
-    return [(work, error, row) for work, error, row in found if work and error and error > 0]
+    points = [(row.along(x), row.along(y), row) for row in case.rows]
+    return [(work, error, row) for work, error, row in points if work and error and error > 0]
 
 
 def _curve(axes: Axes, curve: list[Point], mark: Mark, share: Share, x: str) -> None:

@@ -62,7 +62,7 @@ def fastest_peers(kept: Mapping[str, Mapping[str, Any]]) -> set[str]:
     costs = {name: one["measured"]["cost"] for name, one in kept.items() if one["kind"] == "peer"}
     known = {a: {name: cost[a] for name, cost in costs.items() if cost[a] is not None}
              for a in map(_key, REACHED)}  # fmt: skip
-    return {min(found, key=lambda name: found[name]) for found in known.values() if found}
+    return {min(table, key=lambda name: table[name]) for table in known.values() if table}
 
 
 def beside_each_other(cases: Sequence[AnyResult]) -> list[AnyResult]:
@@ -75,7 +75,7 @@ def beside_each_other(cases: Sequence[AnyResult]) -> list[AnyResult]:
     """
     timed = (case for case in cases if "race" in case.extras)
     races = grouped(timed, lambda case: (case.scene, case.retraction, case.details.periods))
-    found = {}
+    replacements = {}
     for race in races.values():
         axes = race[0].figures["x"], race[0].figures["y"]
         out = {str(case.rule) for case in race if case.verdict == "fail"}
@@ -96,9 +96,9 @@ def beside_each_other(cases: Sequence[AnyResult]) -> list[AnyResult]:
                     else equal_time(case.data, rows[run], axes[1]),
                     "same_as": None if leader == case.rule else leader}  # fmt: skip
             beside = {"crossovers": changes, "standing": standing}
-            found[id(case)] = replace(case, figures={**case.figures, **more},
-                                      extras={**case.extras, **beside})  # fmt: skip
-    return [found.get(id(case), case) for case in cases]
+            replacements[id(case)] = replace(case, figures={**case.figures, **more},
+                                             extras={**case.extras, **beside})  # fmt: skip
+    return [replacements.get(id(case), case) for case in cases]
 
 
 def _peers_of(case: AnyResult, out: Collection[str]) -> list[Sequence[Sequence[float]]]:
@@ -131,17 +131,17 @@ def equal_time(
     if not ended or not own:
         return None
     when = min(ended)
-    found = [
+    errors = [
         next(iter(cost(own, (metric, clock), [when]).values()))
         for clock in ("seconds", "seconds_low", "seconds_high")
     ]
     inside = [row for row in own if row.get("seconds") and row["seconds"] <= when]
-    if found[0] is None or not inside:
+    if errors[0] is None or not inside:
         return None
-    ends = [value for value in found if value is not None]
+    ends = [value for value in errors if value is not None]
     growth = max(inside, key=lambda row: row["seconds"]).get("growth")
     spread = [min(ends), max(ends)]
-    return {"seconds": when, "error": found[0], "spread": spread, "growth": growth}
+    return {"seconds": when, "error": errors[0], "spread": spread, "growth": growth}
 
 
 def points(rows: Sequence[Row], axes: tuple[str, str]) -> list[tuple[float, float]]:
@@ -172,7 +172,7 @@ def crossovers(
     peers = {case.extras["race"]["run"]: cost_of_runs(_peers_of(case, out), grid)
              for case in rules}  # fmt: skip
     both = [(cost(case.data, axes, grid), peers[case.extras["race"]["run"]]) for case in rules]
-    found, compared, sure, turn = [], list[float](), True, dict[str, float]()
+    changes, compared, sure, turn = [], list[float](), True, dict[str, float]()
     before = leader = None
     for error, key in zip(grid, map(_key, grid), strict=True):
         known = [(x, y) for own, other in both if (x := own[key]) and (y := other[key])]
@@ -188,12 +188,12 @@ def crossovers(
             sure = False
             continue
         if leader not in (None, faster):
-            found.append({**turn, "tighter": faster})
+            changes.append({**turn, "tighter": faster})
         leader = faster
     if not compared:
-        return found, None
+        return changes, None
     ends = {"loosest": compared[0], "tightest": compared[-1]}
-    return found, {"leader": leader, **ends, "sure": sure}
+    return changes, {"leader": leader, **ends, "sure": sure}
 
 
 def _key(accuracy: float) -> str:
@@ -213,14 +213,14 @@ def _cost(runs: Sequence[Sequence[float]], accuracies: Sequence[float]) -> dict[
     It is read off the line through the runs in log–log, in the order of the ladder. In the order of
     work two runs of about the same time would change places by chance, and the cost with them.
     """
-    found: dict[str, float | None] = {}
+    costs: dict[str, float | None] = {}
     for accuracy in accuracies:
         works = [work for work, error in runs if error <= accuracy]
         for (w0, e0), (w1, e1) in itertools.pairwise(runs):
             if (e0 <= accuracy) is not (e1 <= accuracy):
                 works.append(w0 * (w1 / w0) ** (math.log(e0 / accuracy) / math.log(e0 / e1)))
-        found[_key(accuracy)] = min(works, default=None)
-    return found
+        costs[_key(accuracy)] = min(works, default=None)
+    return costs
 
 
 def cost_of_runs(

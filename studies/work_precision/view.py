@@ -96,7 +96,7 @@ def _compared(case: Case) -> dict[str, Any]:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    found = []
+    sketches = []
     titled = (("work", "Work and precision"), ("work-long", "Work and precision, long runs"))
     for long, (name, title) in enumerate(titled):
         timed = (case for case in cases if (case.details.periods is not None) == long)
@@ -105,8 +105,8 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
         for (scene, periods), own in races.items():
             over = f", {periods} periods" if long else ""
             panels.append(plot.panel(titles.get(scene, scene) + over, own, known))
-        found.append(Sketch(name, title, LONG_WORK if long else WORK, panels, plot.SHEET))
-    return found
+        sketches.append(Sketch(name, title, LONG_WORK if long else WORK, panels, plot.SHEET))
+    return sketches
 
 
 def _line(case: Case) -> str:

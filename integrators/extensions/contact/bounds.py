@@ -50,8 +50,8 @@ class GapBounds:
         lows = [enclosed(self.phi[i], of)[0] for i in
                 (range(len(self.phi)) if gaps is None else gaps)]  # fmt: skip
         shape = len(points), len(lows)
-        found = np.array([np.broadcast_to(low, shape[:1]) for low in lows]).T.reshape(shape)
-        return np.where(np.isnan(found), -np.inf, found)
+        bounds = np.array([np.broadcast_to(low, shape[:1]) for low in lows]).T.reshape(shape)
+        return np.where(np.isnan(bounds), -np.inf, bounds)
 
     def _hull(self, points: np.ndarray, slack: Matrix | float = 0.0) -> dict[Letter, Interval]:
         low, high = points.min(axis=1) - slack, points.max(axis=1) + slack
@@ -64,17 +64,17 @@ class GapBounds:
         points, slack = paths_through(rows)
         with np.errstate(all="ignore"):
             left = np.flatnonzero((self.lowest(points, slack) <= 0).any(axis=1))
-            found = np.ones(len(points), dtype=bool)
+            answers = np.ones(len(points), dtype=bool)
             parts, owners = points[left], left
             for _ in range(COARSE):
                 if not len(parts):
-                    return found
+                    return answers
                 parts = _halved(parts)
                 owners = np.repeat(owners, 2)
                 low = (self.lowest(parts, slack[owners]) <= 0).any(axis=1)
                 parts, owners = parts[low], owners[low]
-            found[owners] = False
-        return found
+            answers[owners] = False
+        return answers
 
     def dip(self, points: np.ndarray, i: int, below: float) -> float | None:
         """Return where gap i is less than `below` on the path (4, n), as a share of the path.
@@ -115,18 +115,18 @@ class GapBounds:
     def _rate(self, parts: np.ndarray, i: int) -> Interval:
         """Return bounds of the change of gap i along each part."""
         of, steps = self._hull(parts), 3 * np.diff(parts, axis=1)
-        found: Interval = (np.zeros(len(parts)), np.zeros(len(parts)))
+        rate: Interval = (np.zeros(len(parts)), np.zeros(len(parts)))
         for k, slope in enumerate(self.slope[i]):
             if slope != 0:
                 way = steps[:, :, k].min(axis=1), steps[:, :, k].max(axis=1)
-                found = _sum(found, _product(enclosed(slope, of), way))
-        return np.nan_to_num(found[0], nan=-np.inf), np.nan_to_num(found[1], nan=np.inf)
+                rate = _sum(rate, _product(enclosed(slope, of), way))
+        return np.nan_to_num(rate[0], nan=-np.inf), np.nan_to_num(rate[1], nan=np.inf)
 
 
 def _halved(parts: np.ndarray) -> np.ndarray:
     """Return both halves of each path, one after the other, (2 r, 4, n)."""
-    found: np.ndarray = np.einsum("hij,rjn->rhin", HALVES, parts)
-    return found.reshape(-1, *parts.shape[1:])
+    halves: np.ndarray = np.einsum("hij,rjn->rhin", HALVES, parts)
+    return halves.reshape(-1, *parts.shape[1:])
 
 
 def cubic(x: np.ndarray, rate: np.ndarray, y: np.ndarray, ending: np.ndarray) -> np.ndarray:
@@ -156,10 +156,10 @@ def enclosed(expression: Expression, at: dict[Expression, Interval]) -> Interval
 
     A function without a rule is bounded by −∞ and ∞.
     """
-    found = at.get(expression)
-    if found is None:
-        found = at[expression] = _enclosed(expression, at)
-    return found
+    interval = at.get(expression)
+    if interval is None:
+        interval = at[expression] = _enclosed(expression, at)
+    return interval
 
 
 def _enclosed(e: Expression, at: dict[Expression, Interval]) -> Interval:
@@ -170,15 +170,15 @@ def _enclosed(e: Expression, at: dict[Expression, Interval]) -> Interval:
             return EVERYTHING
         return value, value
     if e.is_Add:
-        found = enclosed(e.args[0], at)
+        interval = enclosed(e.args[0], at)
         for part in e.args[1:]:
-            found = _sum(found, enclosed(part, at))
-        return found
+            interval = _sum(interval, enclosed(part, at))
+        return interval
     if e.is_Mul:
-        found = enclosed(e.args[0], at)
+        interval = enclosed(e.args[0], at)
         for part in e.args[1:]:
-            found = _product(found, enclosed(part, at))
-        return found
+            interval = _product(interval, enclosed(part, at))
+        return interval
     if e.is_Pow:
         return _power(e, at)
     if isinstance(e, sympy.Piecewise):  # any branch may hold
@@ -202,10 +202,10 @@ def _product(a: Interval, b: Interval) -> Interval:
 
 
 def _of_all(pick: Callable[..., Number], values: Sequence[Number]) -> Number:
-    found = values[0]
+    extreme = values[0]
     for value in values[1:]:
-        found = pick(found, value)
-    return found
+        extreme = pick(extreme, value)
+    return extreme
 
 
 def _power(e: Expression, at: dict[Expression, Interval]) -> Interval:
@@ -220,8 +220,8 @@ def _power(e: Expression, at: dict[Expression, Interval]) -> Interval:
     low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
     if exponent.is_number:
         size = float(abs(exponent))
-        found = low**size, high**size
-        return found if exponent > 0 else _inverse(found)
+        powers = low**size, high**size
+        return powers if exponent > 0 else _inverse(powers)
     logs = _product(enclosed(exponent, at), (np.log(low), np.log(high)))
     return np.exp(logs[0]), np.exp(logs[1])
 

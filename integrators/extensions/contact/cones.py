@@ -67,10 +67,10 @@ def of_parts(values: Vector, cones: Cones) -> Vector:
 
 def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
     """Return the natural map, in units of an impulse; it is 0 at a solution."""
-    found = P - np.maximum(0 * P, P - r * U)
+    gap = P - np.maximum(0 * P, P - r * U)
     for n, (t, bound) in cones.planes.items():
-        found[t] = P[t] - _on_disc(P[t] - r[t] * U[t], bound * max(0 * P[n], P[n]))
-    return found
+        gap[t] = P[t] - _on_disc(P[t] - r[t] * U[t], bound * max(0 * P[n], P[n]))
+    return gap
 
 
 def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
@@ -109,13 +109,13 @@ def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start
         if sweep < 10 or sweep % 50 == 49:
             if solved(P, U0, W, r, cones, numbers):
                 return P
-            found = _newton(W, U0, r, P, cones, numbers)
-            if found is not None and solved(found, U0, W, r, cones, numbers):
-                return found
+            solution = _newton(W, U0, r, P, cones, numbers)
+            if solution is not None and solved(solution, U0, W, r, cones, numbers):
+                return solution
     if cones.normals <= FEW:
         for guess in _of_modes(W, U0, cones, numbers):
-            found = _newton(W, U0, r, guess, cones, numbers)
-            for tried in (guess, found):
+            solution = _newton(W, U0, r, guess, cones, numbers)
+            for tried in (guess, solution):
                 if tried is not None and solved(tried, U0, W, r, cones, numbers):
                     return tried
     raise NotFound(P)
@@ -158,9 +158,9 @@ def _unit(v: Vector) -> Vector:
     size = length(v)
     if size > 0:
         return v / size
-    found = 0 * v
-    found[0] = found[0] + 1
-    return found
+    unit = 0 * v
+    unit[0] = unit[0] + 1
+    return unit
 
 
 def solved(
@@ -215,8 +215,8 @@ def _least(slope: np.ndarray, left: Vector, unit: Vector, numbers: Arithmetic) -
     scaled, right = slope * unit / unit[:, None], left / unit
     if not (np.isfinite(scaled).all() and np.isfinite(right).all()):
         return None
-    found: Vector = unit * np.linalg.lstsq(scaled, right, rcond=ROUNDED * numbers.eps)[0]
-    return found
+    step: Vector = unit * np.linalg.lstsq(scaled, right, rcond=ROUNDED * numbers.eps)[0]
+    return step
 
 
 def _on_disc(z: Vector, radius: Number) -> Vector:

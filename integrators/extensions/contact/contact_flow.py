@@ -135,8 +135,8 @@ class _Run(ContactRun):
     def failed(self, failure: Exception, rows: Trajectory) -> StepFailure:
         cause, m = getattr(failure, "cause", str(failure)), self.moment
         state: dict[str, Numbers] = {"x": m.place.x, "mu": m.mu}
-        found: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
-        return found
+        error: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
+        return error
 
     def step(self) -> None:
         """Take free steps, or a step with contact."""
@@ -191,8 +191,8 @@ class _Run(ContactRun):
         n, m = self.gaps.n, self.moment.mu.shape[0]
 
         def table(values: list[Numbers], *shape: int) -> np.ndarray:
-            found: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
-            return found
+            rows: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
+            return rows
 
         each = [e for _, e in self.impacts]
         return Impacts(

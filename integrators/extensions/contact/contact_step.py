@@ -139,7 +139,7 @@ class ContactSteps:
         If friction of full size would close the gap at once (Painlevé's paradox), the slip has no
         known direction, and the gap is left to the cone as a whole.
         """
-        found, place = dict[int, Vector](), m.place
+        slips, place = dict[int, Vector](), m.place
         for i in resting if self.gaps.rough else ():
             if i in stuck or not self.gaps.friction[i] > 0:
                 continue
@@ -148,8 +148,8 @@ class ContactSteps:
                 along = {i: slip / length(slip)}
                 alone = active(self.gaps, place, [i], (), along)
                 if self.gaps.flexibility(place.x, m.u, alone.rows, alone.push)[0, 0] > 0:
-                    found |= along
-        return found
+                    slips |= along
+        return slips
 
     # -- parts of a step -------------------------------------------------------------------------
 
@@ -272,5 +272,5 @@ class ContactSteps:
 
 def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:
     """Return a direction of gap i's plane in the basis of its plane at another place."""
-    found: Vector = there.bases[i].T @ (place.bases[i] @ along)
-    return found / length(found)
+    direction: Vector = there.bases[i].T @ (place.bases[i] @ along)
+    return direction / length(direction)

@@ -70,8 +70,8 @@ class Place(NamedTuple):
 
     def moved(self, i: int, other: Place) -> Vector:
         """Return how far gap i's touching point has moved along its plane, from here to there."""
-        found: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
-        return found
+        shift: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
+        return shift
 
 
 class Gaps:
@@ -91,12 +91,12 @@ class Gaps:
         self.coordinates, self._place, self._phi = gap_functions(s, scene.contact, numbers)
         self._motion, self._energy = motion_functions(s, numbers)
         self.count = len(self.coordinates)
-        given = flatten((scene.friction,))
-        if isinstance(scene.friction, tuple) and len(given) != self.count:
+        kappa = flatten((scene.friction,))
+        if isinstance(scene.friction, tuple) and len(kappa) != self.count:
             raise BadInput(
-                f"{s.name}: friction has {len(given)} entries; give one for each gap, {self.count}."
+                f"{s.name}: friction has {len(kappa)} entries; give one for each gap, {self.count}."
             )
-        spread = given if isinstance(scene.friction, tuple) else given * self.count
+        spread = kappa if isinstance(scene.friction, tuple) else kappa * self.count
         self.friction = [numbers.number(e) for e in spread]
         self._own_basis = [numbers.identity(len(e or ())) for e in self.coordinates]
         self.rough = any(e > 0 for e in self.friction)
@@ -118,8 +118,8 @@ class Gaps:
         """
         rough = (e for e, kappa in zip(self.coordinates, self.friction, strict=True) if kappa > 0)
         width = 1 + max((self.n if e is None else len(e) for e in rough), default=0)
-        found: np.ndarray = self.numbers.zeros(self.count, width)
-        return found
+        zeros: np.ndarray = self.numbers.zeros(self.count, width)
+        return zeros
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """Return φ at rows of x, (r, K)."""
@@ -132,9 +132,9 @@ class Gaps:
         at a point beside x, as near as round-off allows a slope.
         """
         try:
-            found = self._place(x, self.p)
-            if finite(found[2]).all():
-                return found
+            numbers = self._place(x, self.p)
+            if finite(numbers[2]).all():
+                return numbers
         except ArithmeticError:
             pass
         for power in BESIDE:
@@ -178,8 +178,8 @@ class Gaps:
             mass, offset = self._motion(x, 0 * mu, self.p)
             solved: Vector = self.numbers.solve(mass, mu - offset)
             return solved
-        found: Vector = self._legendre(x[None], mu[None], self.p, near[None])[0]
-        return found
+        velocity: Vector = self._legendre(x[None], mu[None], self.p, near[None])[0]
+        return velocity
 
     def flexibility(self, x: Vector, xi: Vector, rows: np.ndarray, push: np.ndarray) -> np.ndarray:
         """Return rows M⁻¹ pushᵀ: the change of velocities along `rows` by impulses along `push`."""
@@ -207,8 +207,8 @@ class Gaps:
     def inverse_mass(self, x: Vector, xi: Vector) -> np.ndarray:
         """Return ∂ξ/∂μ, m×m."""
         mass, _ = self._motion(x, xi, self.p)
-        found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
-        return found
+        inverse: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
+        return inverse
 
     @cached_property
     def bounds(self) -> GapBounds:
@@ -236,14 +236,14 @@ def _plane(normal: Vector) -> np.ndarray:
 def gap_expressions(s: SceneSymbols, contact: GapFunction) -> tuple[Column, list[Column | None]]:
     """Return the gaps, K×1, and for each the coordinates of its plane, or None if it gives none."""
     what = "its contact"
-    given = s.evaluated(contact, what, s.position, s.parameters)
-    if not _listed(given):
+    answer = s.evaluated(contact, what, s.position, s.parameters)
+    if not _listed(answer):
         raise BadInput(
-            f"{s.name}: contact= gives {shown(given)}, but must give a list of gaps φ(x), or of "
+            f"{s.name}: contact= gives {shown(answer)}, but must give a list of gaps φ(x), or of "
             "(φ, [t, …]) with the coordinates along which the touching point slips."
         )
     gaps, coordinates = [], []
-    for i, e in enumerate(list(given)):
+    for i, e in enumerate(list(answer)):
         split = isinstance(e, (tuple, list))
         if split and (len(e) != 2 or not _listed(e[1])):
             raise BadInput(f"{s.name}: gap {i} is {shown(e)}; give φ, or (φ, [t, …]).")
@@ -260,10 +260,10 @@ def gap_expressions(s: SceneSymbols, contact: GapFunction) -> tuple[Column, list
     return phi, coordinates
 
 
-def _listed(given: object) -> bool:
+def _listed(value: object) -> bool:
     """Return True for a list, tuple, array or column with entries."""
     kinds = tuple, list, np.ndarray, sympy.MatrixBase
-    return isinstance(given, kinds) and getattr(given, "shape", None) != () and len(given) > 0
+    return isinstance(value, kinds) and getattr(value, "shape", None) != () and len(value) > 0
 
 
 @lru_cache(maxsize=64)
@@ -287,14 +287,14 @@ def gap_functions(
             for e, row in zip(values, slopes.tolist(), strict=True)
         ]  # fmt: skip
 
-    given = {"x": s.x, "p": s.parameter_list}
+    arguments = {"x": s.x, "p": s.parameter_list}
     results: list[Result] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
     own_slope = jacobian(own, s.position) if len(own) else own
     results += [list(own), own_slope * rho, sizes(own, own_slope)] if len(own) else [[], [], []]
     return (
         coordinates,
-        numeric(given, results, numbers, columns=columns),
-        numeric(given, [list(phi)], numbers, columns=True),
+        numeric(arguments, results, numbers, columns=columns),
+        numeric(arguments, [list(phi)], numbers, columns=True),
     )
 
 

@@ -44,17 +44,17 @@ class Active(NamedTuple):
 
     def total(self, P: Vector) -> np.ndarray:
         """Return the impulses of all gaps, (K, 1 + D)."""
-        found, normals = self.none.copy(), self.cones.normals
-        found[self.owners[:normals], 0] += P[:normals]
+        impulses, normals = self.none.copy(), self.cones.normals
+        impulses[self.owners[:normals], 0] += P[:normals]
         for k, along in self.made:
-            found[self.owners[k], 1 : 1 + len(along)] += P[k] * along
-        return found
+            impulses[self.owners[k], 1 : 1 + len(along)] += P[k] * along
+        return impulses
 
     def noise(self, changed: Vector) -> Vector:
         """Return the largest change of each gap's velocities by impulses, (K,)."""
-        found = self.none[:, 0].copy()
-        np.maximum.at(found, self.owners, changed)
-        return found
+        changes = self.none[:, 0].copy()
+        np.maximum.at(changes, self.owners, changed)
+        return changes
 
 
 def active(
@@ -138,8 +138,8 @@ def _largest(parts: Vector, units: Vector) -> Number:
         return 0
     if not (units[some] > 0).all():
         return np.inf
-    found: Number = (parts[some] / units[some]).max()
-    return found
+    size: Number = (parts[some] / units[some]).max()
+    return size
 
 
 def velocity_law(

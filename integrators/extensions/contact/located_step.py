@@ -113,7 +113,7 @@ class LocatedSteps(ContactSteps):
         slips: Mapping[int, Vector],
     ) -> Event | None:  # fmt: skip
         """Return the first gap that closes or slip that ends in that part, or None."""
-        found: Event | None = None
+        event: Event | None = None
         done, place = set[int](), m.place
 
         def gap_after(i: int, share: Number) -> tuple[Number, Number, StepPart]:
@@ -151,7 +151,7 @@ class LocatedSteps(ContactSteps):
                 ended = [i for i in slips if i not in done
                          and self._has_ended(place, taken.end, i, slips[i])]  # fmt: skip
                 if not ended:
-                    return found
+                    return event
                 i = stopped = ended[0]
                 done.add(i)
                 first = slips[i] @ (place.slip[i] @ m.u)
@@ -162,7 +162,7 @@ class LocatedSteps(ContactSteps):
                 done.add(i)
             if root is not None:
                 share, taken = root
-                found = Event(share, taken, stopped)
+                event = Event(share, taken, stopped)
 
     def _is_round_off(
         self, m: Moment, i: int, first: Number, root: tuple[Number, StepPart]

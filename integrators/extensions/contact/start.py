@@ -78,7 +78,7 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
         place = gaps.at_start(x)
         xi = np.array([float(e) for e in scene.v0])
         back = gaps.inverse_mass(x, xi).diagonal()
-    found = []
+    sentences = []
     for i, own in enumerate(gaps.coordinates):
         if own is None or not gaps.friction[i] > 0:
             continue
@@ -93,12 +93,12 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
         ]
         if not any((abs(r - 1) < SAME).any() for r in ratios):
             ratio = min(ratios[0].ravel(), key=lambda r: abs(np.log(r)))
-            found.append(
+            sentences.append(
                 f"gap {i} is no distance: it grows by {ratio:.3g} where its touching point moves "
                 f"by 1 along its plane, so friction is {1 / ratio:.3g} of what friction= says; "
                 "divide the gap by that, or give the coordinates of the plane in the same unit."
             )
-    return found
+    return sentences
 
 
 def unsure_gaps(unsure: list[int]) -> str:

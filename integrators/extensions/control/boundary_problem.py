@@ -160,8 +160,8 @@ class BoundaryProblem:
             shift = (left @ r_v[:, :, None])[:, :, 0]
             r_p = r_p - np.vstack([shift[1:, :d], np.zeros(d)])
             rhs = np.concatenate([shift[:, d:] - r_z, -r_p], axis=1).ravel()
-            found = lapack.dgbtrs(factors, width, width, rhs, pivots)[0].reshape(N, 2, d)
-            dp, dz = found[:, 0], found[:, 1]
+            solution = lapack.dgbtrs(factors, width, width, rhs, pivots)[0].reshape(N, 2, d)
+            dp, dz = solution[:, 0], solution[:, 1]
             along = np.concatenate([np.vstack([np.zeros(d), dz[:-1]]), dp], axis=1)
             dv = -(back @ r_v[:, :, None] + solved @ along[:, :, None])[:, :, 0]
             return dz, dp, dv
@@ -179,8 +179,8 @@ class BoundaryProblem:
 
         sizes = [np.abs(part).max(initial=0) for part in kinds(y)]
         least = TINY * max(sizes) or 1.0
-        found = [np.abs(part).max(initial=0) for part in kinds(change)]
-        return max(a / max(s, least) for a, s in zip(found, sizes, strict=True))
+        changes = [np.abs(part).max(initial=0) for part in kinds(change)]
+        return max(a / max(s, least) for a, s in zip(changes, sizes, strict=True))
 
     def newton(self, y: Parts) -> tuple[Parts, int, float] | None:
         """Return (z, p, v), the number of corrections and the size of the last one, or None.
@@ -219,16 +219,16 @@ class BoundaryProblem:
         share that was solved for.
         """
         self.effort, corrections = 1.0, 0
-        found = self.newton(y)
+        result = self.newton(y)
         solved, fall = 1.0, FALL
-        while found is not None:
-            y, corrections = found[0], corrections + found[1]
+        while result is not None:
+            y, corrections = result[0], corrections + result[1]
             if solved == 0:
-                return y, corrections, found[2]
+                return y, corrections, result[2]
             while True:
                 self.effort = 0.0 if solved * fall < LAST else solved * fall
-                found = self.newton(y)
-                if found is not None:
+                result = self.newton(y)
+                if result is not None:
                     solved, fall = self.effort, fall**1.5
                     break
                 fall = fall**0.5
@@ -256,18 +256,18 @@ def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, 
 
     tries = [(problem.newton, first), (problem.by_effort, first)]
     for tried, start in [*tries, *((after_descent, y) for y in starts.values())]:
-        found = None
+        result = None
         with suppress(np.linalg.LinAlgError):
-            found = tried(start)
-        if found is not None:
+            result = tried(start)
+        if result is not None:
             try:
                 check_bound(name, problem)
-                check_steered(name, problem, found[0])
+                check_steered(name, problem, result[0])
                 check_minimum(name, problem)
             except OtherMotion as error:
                 refusal = refusal or BadInput(str(error))
             else:
-                return found
+                return result
     if refusal is not None:
         raise refusal
     problem.effort = 0.0

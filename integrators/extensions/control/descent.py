@@ -31,11 +31,11 @@ CLOSE = 1e-2  # a full correction by less than this share of the states is left 
 def fitted(problem: BoundaryProblem, y: Parts) -> Parts:
     """Return a guess with the velocities and the inputs that fit its states best, step by step."""
     (z, p, v), at = y, problem.stages.slices
-    own, given = np.r_[at["w"], at["f"]], np.r_[at["kappa"], at["p"]]
+    own, rows = np.r_[at["w"], at["f"]], np.r_[at["kappa"], at["p"]]
     for _ in range(FITS):
         g, H = problem.derivatives((z, p, v))
         missed = np.hstack([g[:, at["kappa"]], g[:, problem.p] - z])
-        back = np.linalg.pinv(H[:, given][:, :, own], rcond=FLAT)
+        back = np.linalg.pinv(H[:, rows][:, :, own], rcond=FLAT)
         change = -(back @ missed[:, :, None])[:, :, 0]
         v = np.hstack([v[:, : len(own)] + change, v[:, len(own) :]])
     return z, p, v

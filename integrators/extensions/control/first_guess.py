@@ -32,8 +32,8 @@ def first_guess(
     ends. Raises `BadInput` if a quantity that every motion keeps is another at x1.
     """
     scene, s, n, m = stages.scene, stages.s, stages.n, stages.m
-    given: list[Any] = [scene.x0, scene.v0, *end]
-    parts: list[Any] = [e if e is None else np.array([float(a) for a in e]) for e in given]
+    data: list[Any] = [scene.x0, scene.v0, *end]
+    parts: list[Any] = [e if e is None else np.array([float(a) for a in e]) for e in data]
     x0, v0, x1, v1 = parts
     if x1 is None and v1 is not None and not jacobian(momentum(s), s.position).is_zero_matrix:
         raise BadInput(
@@ -111,8 +111,8 @@ def _points(
             raise BadInput(f"{s.name}: path(t) is no point; give {n} finite numbers at every t.")
         return points
     target = s.groupoid.target(s.x, s.u, s.h)[:n, :]
-    given = {"x": s.position, "u": s.u, "h": s.h}
-    f = numeric(given, [list(target), jacobian(target, s.u)], stages.numbers)
+    arguments = {"x": s.position, "u": s.u, "h": s.h}
+    f = numeric(arguments, [list(target), jacobian(target, s.u)], stages.numbers)
     u = v0
     if x1 is not None and n:
         u = 0 * v0

@@ -52,13 +52,13 @@ class SecondDerivatives:
 
     def _at(self, a: np.ndarray, q: list[Number | Vector]) -> tuple[np.ndarray, ...]:
         rows, k = len(a), self.size
-        found = self._function(a.T, q)
+        values = self._function(a.T, q)
         # also for constants; integers beyond 2⁶³ are Python's own
-        found = np.broadcast_to(found.reshape(len(found), -1).astype(float), (len(found), rows))
+        values = np.broadcast_to(values.reshape(len(values), -1).astype(float), (len(values), rows))
         hessian = np.zeros((rows, k, k))
-        for (i, j), entry in zip(self._places, found[1 + k :], strict=True):
+        for (i, j), entry in zip(self._places, values[1 + k :], strict=True):
             hessian[:, i, j] = hessian[:, j, i] = entry
-        return found[0], found[1 : 1 + k].T, hessian
+        return values[0], values[1 : 1 + k].T, hessian
 
 
 def _in_columns(
@@ -66,8 +66,8 @@ def _in_columns(
 ) -> Callable[..., np.ndarray]:
     """Return the results (r, N) as a function of columns; row by row if they branch (tables)."""
     branching = opaque(graph.order(results))
-    given = {"a": inputs, "q": data}
-    f = numeric(given, [results], arithmetic(16), columns=not branching, graph=graph)
+    arguments = {"a": inputs, "q": data}
+    f = numeric(arguments, [results], arithmetic(16), columns=not branching, graph=graph)
     if not branching:
         return f
 

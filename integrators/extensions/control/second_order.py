@@ -93,9 +93,9 @@ def check_steered(
     A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:-1]
     off = g[:, at["p"]] - z - (Z_w @ solved[:, :, -1:])[:, :, 0]
     letters, basis = _ends(problem)
-    if (given := B.shape[0] * B.shape[2]) < basis.shape[1]:
+    if (count := B.shape[0] * B.shape[2]) < basis.shape[1]:
         raise BadInput(
-            f"{name}: the end has {basis.shape[1]} conditions, but these steps have {given} values "
+            f"{name}: the end has {basis.shape[1]} conditions, but these steps have {count} values "
             "of the controls; take more steps."
         )
     moved, onward = np.zeros((basis.shape[1],) * 2), basis

@@ -113,22 +113,22 @@ class ControlStages:
     def gains(self, a: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
         """Return the controls' effect on a step's rows and on μ at N rows a: ∂(E, Z_μ)/∂f."""
         H, at = self._of_step(a, self._values(self.s, times, h))[2], self.slices
-        given = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
-        return np.asarray(H[:, given][:, :, at["f"]])
+        rows = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
+        return np.asarray(H[:, rows][:, :, at["f"]])
 
     def along(self, x: Matrix, u: Matrix, times: Vector) -> tuple[Matrix, np.ndarray]:
         """Return (∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
-        found = self._along(x.T, u.T, self._values(self.s, times, 1))
-        mu, rho = (e.astype(float) for e in found)
+        values = self._along(x.T, u.T, self._values(self.s, times, 1))
+        mu, rho = (e.astype(float) for e in values)
         each = rho if rho.ndim == 3 else rho[:, :, None]  # constants are not repeated
         return mu.T, np.moveaxis(np.broadcast_to(each, (self.n, self.m, len(times))), -1, 0)
 
     @cached_property
     def _along(self) -> Function:
         s = self.s
-        given = {"x": s.position, "u": s.u, "q": self._data}
+        arguments = {"x": s.position, "u": s.u, "q": self._data}
         rho = (s.groupoid.rho(s.x, s.h) / s.h)[: self.n, :]
-        return numeric(given, [list(momentum(s)), rho], self.numbers, columns=True)
+        return numeric(arguments, [list(momentum(s)), rho], self.numbers, columns=True)
 
     def at_nodes(
         self, x: np.ndarray, mu: np.ndarray, p: np.ndarray, times: np.ndarray, near: np.ndarray
@@ -144,9 +144,9 @@ class ControlStages:
         m, data, y = self.m, self._values(self.s, times, 1), near.copy()
 
         def at(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            found = self._pontryagin(x.T, y.T, [*mu.T, *p.T], data).astype(float)
-            slope = found[y.shape[1] :].reshape(y.shape[1], y.shape[1], -1)
-            return found[: y.shape[1]].T[:, :, None], slope.transpose(2, 0, 1)
+            values = self._pontryagin(x.T, y.T, [*mu.T, *p.T], data).astype(float)
+            slope = values[y.shape[1] :].reshape(y.shape[1], y.shape[1], -1)
+            return values[: y.shape[1]].T[:, :, None], slope.transpose(2, 0, 1)
 
         def kinds(part: np.ndarray) -> tuple[np.ndarray, ...]:
             return tuple(abs(e).max(axis=1, initial=0) for e in np.split(part, [m], axis=1))
@@ -188,13 +188,13 @@ class ControlStages:
             return s.position, s.u, f, s.parameters, *([t] * (arguments_of(function) == 5))
 
         of_cost = s.call(cost, "its cost", *point(cost))
-        given = s.evaluated(inputs, "its inputs", *point(inputs))
-        shape = getattr(given, "shape", None)
-        many = hasattr(given, "__iter__") if shape is None else shape != ()
-        entries = list(given) if many else []
+        answer = s.evaluated(inputs, "its inputs", *point(inputs))
+        shape = getattr(answer, "shape", None)
+        many = hasattr(answer, "__iter__") if shape is None else shape != ()
+        entries = list(answer) if many else []
         if len(entries) != len(s.u):
             raise BadInput(
-                f"{s.name}: inputs= gives {shown(given)}, but must give a list of {len(s.u)} "
+                f"{s.name}: inputs= gives {shown(answer)}, but must give a list of {len(s.u)} "
                 "components of force, one for each of the velocity."
             )
         force = [s.scalar(e, "its inputs", inputs) for e in entries]
@@ -211,8 +211,8 @@ class ControlStages:
         s, (f, p, hamiltonian) = self.s, self._hamiltonian
         rows = [*(momentum(s) - s.mu), *jacobian([hamiltonian], f)]
         slope = jacobian(rows, [*s.u, *f])
-        given = {"x": s.position, "y": [*s.u, *f], "z": [*s.mu, *p], "q": self._data}
-        return numeric(given, [[*rows, *slope]], self.numbers, columns=True)
+        arguments = {"x": s.position, "y": [*s.u, *f], "z": [*s.mu, *p], "q": self._data}
+        return numeric(arguments, [[*rows, *slope]], self.numbers, columns=True)
 
     def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Number]:
         """Return the data of a step; its clock is at 0, so the control's places are exact."""
@@ -284,10 +284,10 @@ def _controlled(scene: Scene, inputs: Function | None, controls: int, places: li
     """
     lagrangian: Any = scene.lagrangian
     force = scene.force
-    given = _with_control(inputs or _itself)
+    control = _with_control(inputs or _itself)
 
     def acting(x: Point, v: Velocity, p: Parameters, t: Scalar) -> list[Scalar]:
-        parts = [given(x, v, p, t)]
+        parts = [control(x, v, p, t)]
         if force is not None:
             parts.append(force(x, v, p, *_time(force, 4, p, t)))
         return [sum(entries) for entries in zip(*parts, strict=True)]

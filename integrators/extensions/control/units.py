@@ -40,8 +40,8 @@ def units_of(
     a[:, at["x"]], a[:, at["mu"]] = states[:-2, :n], states[:-2, n:]
     a[:, at["w"]] = v[:, : at["w"].stop - at["w"].start]
     count = (at["w"].stop - at["w"].start) // m  # u, then each stage
-    given = np.abs(stages.gains(a, t[:-1], T / steps)).max(axis=0, initial=0)
-    gains = given * steps / np.tile(mu, count + 1)[:, None]
+    effects = np.abs(stages.gains(a, t[:-1], T / steps)).max(axis=0, initial=0)
+    gains = effects * steps / np.tile(mu, count + 1)[:, None]
     f = np.array([1 / e if 0 < e < np.inf else 1.0 for e in gains.max(axis=0)])
     still = stages.cost(a, t[:-1], T / steps)[0]
     a[:, at["f"]] = f
@@ -61,10 +61,10 @@ def sizes(columns: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(columns), abs(columns), 0).max(axis=0, initial=0)
 
 
-def shared(found: np.ndarray, noise: float) -> np.ndarray:
+def shared(values: np.ndarray, noise: float) -> np.ndarray:
     """Return sizes of one kind; those that are 0 or may be noise become the largest."""
-    most = found.max(initial=0) or 1.0
-    return np.where(found > noise * most, found, most)
+    most = values.max(initial=0) or 1.0
+    return np.where(values > noise * most, values, most)
 
 
 def powers(values: Vector) -> Vector:

@@ -191,11 +191,11 @@ class Laurent:
     def __add__(self, other: Formula) -> Formula:
         if hasattr(other, "coefficient"):  # a series, which has this among its coefficients
             return NotImplemented
-        found = dict(self.terms)
+        coefficients = dict(self.terms)
         terms = other.terms if isinstance(other, Laurent) else {(): self.atoms.number(other)}
         for m, c in terms.items():
-            found[m] = found[m] + c if m in found else c
-        return self.atoms.made(found)
+            coefficients[m] = coefficients[m] + c if m in coefficients else c
+        return self.atoms.made(coefficients)
 
     __radd__ = __add__
 
@@ -214,13 +214,13 @@ class Laurent:
         if not isinstance(other, Laurent):
             other = self.atoms.number(other)
             return self.atoms.made({m: c * other for m, c in self.terms.items()})
-        found: dict[Monomial, Number] = {}
+        coefficients: dict[Monomial, Number] = {}
         self.atoms.check_time()
         for a, c in self.terms.items():
             for b, d in other.terms.items():
                 m = _product(a, b)
-                found[m] = found[m] + c * d if m in found else c * d
-        return self.atoms.made(found)
+                coefficients[m] = coefficients[m] + c * d if m in coefficients else c * d
+        return self.atoms.made(coefficients)
 
     __rmul__ = __mul__
 
@@ -241,7 +241,7 @@ class Laurent:
 def _product(a: Monomial, b: Monomial) -> Monomial:
     if not a or not b:
         return a or b
-    found = dict(a)
+    exponents = dict(a)
     for atom, e in b:
-        found[atom] = found.get(atom, 0) + e
-    return tuple(sorted((atom, e) for atom, e in found.items() if e))
+        exponents[atom] = exponents.get(atom, 0) + e
+    return tuple(sorted((atom, e) for atom, e in exponents.items() if e))

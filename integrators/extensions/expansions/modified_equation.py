@@ -101,9 +101,9 @@ class ModifiedEquation:
         self.check_hamiltonian()
         if not self.has_action:
             return self._shown(self._along_ways(rows))
-        found = self._terms(rows, True).hamiltonian
-        assert found is not None
-        return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in found]))
+        terms = self._terms(rows, True).hamiltonian
+        assert terms is not None
+        return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in terms]))
 
     def at_step(self, terms: np.ndarray, step: Given) -> np.ndarray:
         """Return Σ h^(j−1) e_j of terms e₁, e₂, … at a step."""
@@ -131,9 +131,9 @@ class ModifiedEquation:
                 "pair groupoids only: the field is, everywhere."
             )
 
-    def _shown(self, found: np.ndarray) -> np.ndarray:
+    def _shown(self, values: np.ndarray) -> np.ndarray:
         with self.numbers.working():
-            return self.numbers.public(found)
+            return self.numbers.public(values)
 
     def _field(self, rows: np.ndarray) -> np.ndarray:
         columns = self._terms(rows, False).field
@@ -159,24 +159,24 @@ class ModifiedEquation:
             return self._expanded(columns, shares, constants, self.numbers, action)
 
     def _along_ways(self, rows: np.ndarray) -> np.ndarray:
-        found, size, good = self._between(np.broadcast_to(rows[0], rows.shape), rows)
+        integrals, size, good = self._between(np.broadcast_to(rows[0], rows.shape), rows)
         bad = np.flatnonzero(~good)
         if len(bad):  # a finer sum, or a way round by the row half as far
             half = bad // 2
             finer = self._between(np.broadcast_to(rows[0], rows[bad].shape), rows[bad], HALVINGS)
             leg = self._between(rows[half], rows[bad], HALVINGS)
             for i, (k, j) in enumerate(zip(bad, half, strict=True)):  # j < k is known already
-                found[:, k], size[k], good[k] = finer[0][:, i], finer[1][i], finer[2][i]
+                integrals[:, k], size[k], good[k] = finer[0][:, i], finer[1][i], finer[2][i]
                 longer = size[j] + leg[1][i]
                 if good[j] and leg[2][i] and not (good[k] and size[k] <= longer):
-                    found[:, k], size[k], good[k] = found[:, j] + leg[0][:, i], longer, True
+                    integrals[:, k], size[k], good[k] = integrals[:, j] + leg[0][:, i], longer, True
         if not good.all():
             raise CannotMeasure(
                 f"{self.scheme.scene.name} with {self.scheme.rule.name}: a singularity lies on the "
                 "ways between the states, along which the modified Hamiltonian of a one-step map "
                 "is integrated: begin elsewhere, or take a shorter run."
             )
-        return found
+        return integrals
 
     def _between(
         self, first: np.ndarray, last: np.ndarray, halvings: int = 0
@@ -193,10 +193,10 @@ class ModifiedEquation:
         f = self._field(at.reshape(-1, at.shape[-1]))
         slope = np.concatenate([-f[..., self.n :], f[..., : self.n]], axis=-1)
         rates = (slope.reshape(len(f), *at.shape) * across).sum(axis=-1)
-        found = np.einsum("krn,r->kn", rates[:, :WAY], rules[0][1] / 2)
+        integrals = np.einsum("krn,r->kn", rates[:, :WAY], rules[0][1] / 2)
         coarse = np.einsum("rn,r->n", rates[0, WAY:], rules[1][1] / 2)
         size = np.einsum("rn,r->n", abs(rates[0, :WAY]), rules[0][1] / 2)
-        good = abs(found[0] - coarse) <= RESOLVED * size
+        good = abs(integrals[0] - coarse) <= RESOLVED * size
         bad = np.flatnonzero(~good)
         if halvings and len(bad):
             middle, count = first[bad] + across[bad] / 2, len(bad)
@@ -204,10 +204,10 @@ class ModifiedEquation:
                 np.concatenate([first[bad], middle]), np.concatenate([middle, last[bad]]),
                 halvings - 1,
             )  # fmt: skip
-            found[:, bad] = parts[0][:, :count] + parts[0][:, count:]
+            integrals[:, bad] = parts[0][:, :count] + parts[0][:, count:]
             size[bad] = parts[1][:count] + parts[1][count:]
             good[bad] = parts[2][:count] & parts[2][count:]
-        return found, size, good
+        return integrals, size, good
 
     # -- as formulas -----------------------------------------------------------------------------
 
@@ -228,28 +228,28 @@ class ModifiedEquation:
                  *map(atoms.decimal, p.equations.s.constant_values(60).values())] for p in parts
             ]  # fmt: skip
             z = [atoms.letter(e) for e in (*s.x, *s.mu)]
-            given = [atoms.number(share) for share in shares]
-            found = self._expanded(z, given, constants, atoms, self.has_action)
+            fractions = [atoms.number(share) for share in shares]
+            series = self._expanded(z, fractions, constants, atoms, self.has_action)
             write = atoms.written
-            field = [[write(e) for e in term] for term in found.field]
+            field = [[write(e) for e in term] for term in series.field]
             scalars = [
                 None if terms is None else [write(e) for e in terms]
-                for terms in (found.hamiltonian, found.lagrangian)
+                for terms in (series.hamiltonian, series.lagrangian)
             ]
         return Terms(field, *scalars)
 
     # -- the expansion ---------------------------------------------------------------------------
 
-    def _expanded(self, *given: Any) -> Terms:
+    def _expanded(self, *arguments: Any) -> Terms:
         """Return the terms; where quotients are 0/0 at h = 0, from series of more powers."""
         for lost in range(self._lost, MOST_LOST):
             try:
-                found = self._expanded_with(lost, *given)
+                terms = self._expanded_with(lost, *arguments)
             except NotKnown:
                 continue
             self._lost = lost
-            return found
-        return self._expanded_with(MOST_LOST, *given)
+            return terms
+        return self._expanded_with(MOST_LOST, *arguments)
 
     def _expanded_with(
         self,
@@ -278,10 +278,10 @@ class ModifiedEquation:
         for _ in range(K):
             for k, (part, q) in enumerate(zip(steps, qs, strict=True)):
                 before = x
-                x, mu, found = part.step(x, mu, q, w[k], K, lost)
-                w[k] = [e.coefficient(0) if isinstance(e, Series) else e for e in found]
+                x, mu, unknowns = part.step(x, mu, q, w[k], K, lost)
+                w[k] = [e.coefficient(0) if isinstance(e, Series) else e for e in unknowns]
                 if action:
-                    along = part.carried(along, before, found, z[:n], q)
+                    along = part.carried(along, before, unknowns, z[:n], q)
             carried.append([*x, *mu])
             tracks.append(along)
         weights = _of_logarithm(K)
@@ -339,12 +339,12 @@ def _of_logarithm(K: int) -> list[Fraction]:
 def _combined(
     weights: Sequence[Fraction], rows: Scalars, power: int, numbers: Arithmetic | Atoms
 ) -> Scalar:
-    found: Scalar = 0
+    total: Scalar = 0
     for weight, e in zip(weights, rows, strict=True):
         if isinstance(e, Series) and weight:
             c = e.coefficient(power)
-            found = found + numbers.number(weight) * c
-    return found
+            total = total + numbers.number(weight) * c
+    return total
 
 
 def _refusal(scheme: Any) -> str:

@@ -55,8 +55,8 @@ class RunDifferentiated:
                 total = M[:, : self.size] @ total
                 total[:, self.size :] += M[:, self.size :]
                 rows.append(total)
-            found = self.numbers.public(np.array(rows))
-        start, others = found[:, :, : self.size], found[:, :, self.size :]
+            derivatives = self.numbers.public(np.array(rows))
+        start, others = derivatives[:, :, : self.size], derivatives[:, :, self.size :]
         return RunDerivatives(start, self._by_name(np.moveaxis(others, 2, 0)))
 
     def adjoint(self, slope: Numbers | Rows) -> RunGradient:
@@ -77,15 +77,15 @@ class RunDifferentiated:
                 f"({self.size},) for the last row, or ({rows}, {self.size}) for all."
             )
         with self.numbers.working():
-            given = self.numbers.own(slope.astype(object))  # each is checked
-            at = given if given.ndim == 1 else given[-1]
+            slopes = self.numbers.own(slope.astype(object))  # each is checked
+            at = slopes if slopes.ndim == 1 else slopes[-1]
             of_parameters = self.numbers.zeros(self.count)
             steps = list(self._steps())
             for k in reversed(range(len(steps))):
                 of_parameters = of_parameters + steps[k][:, self.size :].T @ at
                 at = steps[k][:, : self.size].T @ at
-                if given.ndim == 2:
-                    at = at + given[k]
+                if slopes.ndim == 2:
+                    at = at + slopes[k]
             begun = self._begun()
             of_parameters = of_parameters + begun[:, self.size :].T @ at
             at = self.numbers.public(begun[:, : self.size].T @ at)
@@ -110,8 +110,8 @@ class RunDifferentiated:
 
     def _begun(self) -> np.ndarray:
         """Return the derivative of (x₀, μ₀) by what is varied, (N, N + parameters)."""
-        found = self.numbers.zeros(self.size, self.size + self.count)
-        found[:, : self.size] += self.numbers.identity(self.size)
+        derivative = self.numbers.zeros(self.size, self.size + self.count)
+        derivative[:, : self.size] += self.numbers.identity(self.size)
         if self.held == "v0":
             s, letters = self.s, (self.s.x, self.s.u, self.s.parameter_list)
             if s.hamiltonian is not None:
@@ -128,11 +128,11 @@ class RunDifferentiated:
             values = list(values) if isinstance(values, tuple) else [values]
             mass = values.pop()
             if self.n:
-                found[self.n :, : self.n] = values.pop(0)
+                derivative[self.n :, : self.n] = values.pop(0)
             if self.count:
-                found[self.n :, self.size :] = values.pop(0)
-            found[self.n :, self.n : self.size] = mass
-        return np.asarray(found)
+                derivative[self.n :, self.size :] = values.pop(0)
+            derivative[self.n :, self.n : self.size] = mass
+        return np.asarray(derivative)
 
     def _steps(self) -> Iterator[np.ndarray]:
         """Yield the derivative of each row by the row before and by the parameters."""
@@ -174,19 +174,19 @@ class RunDifferentiated:
         w = parts[0].near([e[rows, None] for e in self.u], rates)
         for _ in range(every):
             for part, q in zip(parts, qs, strict=True):
-                x, mu, found = part(x, mu, q, w, 1)
-                w = [e.coefficient(0) if isinstance(e, Series) else e for e in found]
+                x, mu, unknowns = part(x, mu, q, w, 1)
+                w = [e.coefficient(0) if isinstance(e, Series) else e for e in unknowns]
         count = rows.stop - rows.start
         entries = [np.broadcast_to(e.coefficient(1), (count, width)) for e in (*x, *mu)]
         return np.stack(entries, axis=1)
 
     def _by_name(self, columns: np.ndarray) -> dict[str, np.ndarray]:
         """Return entries of the flat list of parameters by name, the parameter's shape last."""
-        found, at = dict[str, np.ndarray](), 0
+        parts, at = dict[str, np.ndarray](), 0
         for name, value in self.flow.scheme.scene.parameters.items():
             shape = np.shape(np.array(value, dtype=object))
             count = int(np.prod(shape, dtype=int))
             part = columns[at : at + count]
-            found[name] = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *shape))
+            parts[name] = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *shape))
             at += count
-        return found
+        return parts

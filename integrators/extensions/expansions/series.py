@@ -37,10 +37,10 @@ def _vanishes(e: Coefficient) -> bool:
     return not e.any() if isinstance(e, np.ndarray) else not isinstance(e, Laurent) and e == 0
 
 
-def _told(found: bool | np.ndarray) -> bool:
+def _told(answer: bool | np.ndarray) -> bool:
     """Return whether a comparison holds; raise `ValueError` if rows of a column differ."""
-    if np.all(found) == np.any(found):
-        return bool(np.all(found))
+    if np.all(answer) == np.any(answer):
+        return bool(np.all(answer))
     raise ValueError("rows of a column of series are not alike in a comparison")
 
 
@@ -130,10 +130,10 @@ class Series:
 
     def __pow__(self, power: Number) -> Scalar:
         if type(power) is int:
-            found: Scalar = 1
+            product: Scalar = 1
             for _ in range(abs(power)):
-                found = self * found
-            return found if power >= 0 else 1 / found
+                product = self * product
+            return product if power >= 0 else 1 / product
         return _power(self, power, lambda e: e**power)
 
     def _led(self) -> Series:
@@ -185,26 +185,26 @@ class Series:
 
 def _quotient(a: Series, b: Series) -> Series:
     terms = min(a.end - a.start, b.end - b.start)
-    found = list[Coefficient]()
+    coefficients = list[Coefficient]()
     first = b.c[0]
     if type(first) is int and not any(isinstance(e, np.ndarray | float) for e in (*a.c, *b.c)):
         first = Fraction(first)  # or a quotient of whole numbers would be rounded
     for k in range(terms):
         left = a.c[k] if k < len(a.c) else 0
         for i in range(1, min(k + 1, len(b.c))):
-            if not (_none(b.c[i]) or _none(found[k - i])):
-                left = left - b.c[i] * found[k - i]
-        found.append(left if _none(left) else left / first)
-    return Series(found, a.start - b.start, a.start - b.start + terms)
+            if not (_none(b.c[i]) or _none(coefficients[k - i])):
+                left = left - b.c[i] * coefficients[k - i]
+        coefficients.append(left if _none(left) else left / first)
+    return Series(coefficients, a.start - b.start, a.start - b.start + terms)
 
 
 def _composed(coefficients: Callable[[int], Coefficient], d: Series) -> Scalar:
     """Return Σ coefficients(k) d^k of a series d without a constant term."""
     most = 1 if d.start >= d.end else (d.end - 1) // max(d.start, 1)
-    found: Scalar = coefficients(most)
+    total: Scalar = coefficients(most)
     for k in range(most - 1, -1, -1):
-        found = d * found + coefficients(k)
-    return found
+        total = d * total + coefficients(k)
+    return total
 
 
 def _power(a: Series, power: Number, of_number: Callable[[Coefficient], Coefficient]) -> Scalar:
@@ -217,8 +217,8 @@ def _power(a: Series, power: Number, of_number: Callable[[Coefficient], Coeffici
     terms = [power * 0 + 1]
     for k in range(1, led.end - led.start + 1):
         terms.append(terms[-1] * (power - k + 1) / k)
-    found = _composed(lambda k: terms[k], d) * of_number(led.c[0])
-    return Series(found.c, found.start + int(raised), found.end + int(raised))
+    series = _composed(lambda k: terms[k], d) * of_number(led.c[0])
+    return Series(series.c, series.start + int(raised), series.end + int(raised))
 
 
 def series_functions(
@@ -285,8 +285,8 @@ def series_functions(
     }  # fmt: skip
 
     def either(name: str, of: Function) -> Function:
-        def function(*given: Scalar) -> Scalar:
-            return (of if any(isinstance(e, Series) for e in given) else own[name])(*given)
+        def function(*arguments: Scalar) -> Scalar:
+            return (of if any(isinstance(e, Series) for e in arguments) else own[name])(*arguments)
 
         return function
 
@@ -310,6 +310,6 @@ def series_namespace(numbers: Arithmetic | Atoms | PrimeField) -> Namespace:
 
 
 def _array(entries: Sequence[Scalar], *shape: int) -> np.ndarray:
-    found = np.empty(len(entries), dtype=object)
-    found[:] = list(entries)
-    return found.reshape(shape)
+    array = np.empty(len(entries), dtype=object)
+    array[:] = list(entries)
+    return array.reshape(shape)

@@ -81,7 +81,7 @@ class StepSeries:
         self.inverse = inverse = self._inverse(at, momentum, w, few)
         end = power + 1 + lost
         for k in range(1, power + 1):
-            part = [[_until(e, k + 1 + lost) for e in given] for given in (x, mu, w)]
+            part = [[_until(e, k + 1 + lost) for e in entries] for entries in (x, mu, w)]
             rows, _ = self.rows(*part, [_until(e, k + 2 + lost) for e in q])
             change = _times(inverse, rows)
             w = [_polynomial(e - step, k, end) for e, step in zip(w, change, strict=True)]
@@ -104,12 +104,12 @@ class StepSeries:
         """
         text = _function(self.equations, "one_step", self.numbers)
         _, slope, by_start, _, by_w, by_z = text(x, mu, w, q)
-        found = [slope, by_start, by_w, by_z]
-        if any(_has_pole(e) for matrix in found for row in matrix for e in row):
+        matrices = [slope, by_start, by_w, by_z]
+        if any(_has_pole(e) for matrix in matrices for row in matrix for e in row):
             raise self._refused("the derivative of a step has a pole at h = 0.")
         slope, by_start, by_w, by_z = (
             np.array([[_regular(e, power) for e in row] for row in matrix], dtype=object)
-            for matrix in found
+            for matrix in matrices
         )
         inverse = _inverted([[_constant(e) for e in row] for row in slope], self.numbers)
         moved = 0 * by_start  # −∂w/∂z; each correction is right to one power more
@@ -120,10 +120,10 @@ class StepSeries:
     def _newton(self, x: Scalars, mu: Scalars, q: Scalars, w: list[Scalar]) -> list[Scalar]:
         before = np.inf
         for _ in range(MOST):
-            given = self.rows(x, mu, w, q)[0]
-            if isinstance(self.numbers, PrimeField) and any(map(_has_pole, given)):
+            residual = self.rows(x, mu, w, q)[0]
+            if isinstance(self.numbers, PrimeField) and any(map(_has_pole, residual)):
                 self._refuse_pole(x, mu, q, w)
-            rows = [_constant(e) for e in given]
+            rows = [_constant(e) for e in residual]
             inverse = self._inverse(x, mu, w, q)
             change = _times(inverse, rows)
             w = [e - step for e, step in zip(w, change, strict=True)]
@@ -263,10 +263,10 @@ def _times(matrix: np.ndarray, vector: Scalars) -> list[Scalar]:
 
 def _inverted(entries: list[list[Scalar]], numbers: Kind) -> np.ndarray:
     size = len(entries)
-    found = np.empty((size, size), dtype=object)
+    matrix = np.empty((size, size), dtype=object)
     if isinstance(numbers, Atoms | PrimeField):
-        found[:] = _eliminated(entries, numbers)
-        return found
+        matrix[:] = _eliminated(entries, numbers)
+        return matrix
     flat = np.broadcast_arrays(
         *[np.asarray(e, dtype=numbers.dtype) for row in entries for e in row]
     )
@@ -278,8 +278,8 @@ def _inverted(entries: list[list[Scalar]], numbers: Kind) -> np.ndarray:
         inverse = np.stack([numbers.solve(e, numbers.identity(size)) for e in stack])
     for i in range(size):
         for j in range(size):
-            found[i, j] = inverse[:, i, j].reshape(shape)
-    return found
+            matrix[i, j] = inverse[:, i, j].reshape(shape)
+    return matrix
 
 
 def _eliminated(entries: list[list[Scalar]], numbers: Atoms | PrimeField) -> list[list[Scalar]]:

@@ -169,9 +169,9 @@ def listed(values: Sequence[float | int]) -> str:
     return f"{{ {', '.join(map(repr, values)) or '0'} }}"
 
 
-def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
+def c_file(model: Exported, said: Sequence[str], harness: bool) -> str:
     """Return the C file of a scheme."""
-    used = dict(constants(given))
+    used = dict(constants(model))
     integers = [f"{k} = {v}" for k, v in used.items() if isinstance(v, int)]
     numbers = [f"#define {k} {hexadecimal(v)}" for k, v in used.items() if isinstance(v, float)]
     arrays = [
@@ -179,37 +179,37 @@ def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
         for k, v in used.items() if isinstance(v, list)
     ]  # fmt: skip
     places, at = [], 1
-    for i, parameter in enumerate(given.parameters):
+    for i, parameter in enumerate(model.parameters):
         places.append(f"{identifier(parameter.name, i)} = {at}")
         at += len(parameter.values)
     fields = []
-    for name, (kind, length) in used_fields(given).items():
+    for name, (kind, length) in used_fields(model).items():
         size = "" if length is None else f"[{max(1, length)}]"
         fields.append(f"    {'double' if kind == 'float' else 'int'} {name}{size};")
-    x, mu = given.start
-    values = [e for parameter in given.parameters for e in parameter.values]
+    x, mu = model.start
+    values = [e for parameter in model.parameters for e in parameter.values]
     text = FILE.format(
-        head="\n".join(f" * {line}".rstrip() for line in head(given, "C", said)),
+        head="\n".join(f" * {line}".rstrip() for line in head(model, "C", said)),
         integers=fill(", ".join(integers), 92, subsequent_indent="       "),
         numbers="\n".join(numbers), arrays="\n".join(arrays),
         places=", ".join(places) or "P_NONE = 0", fields="\n".join(fields),
-        functions="\n\n".join(Printer().function(f) for f in given.functions),
+        functions="\n\n".join(Printer().function(f) for f in model.functions),
         n=max(1, len(x)), m=max(1, len(mu)), p=max(1, len(values)), count=len(values),
         x=listed(x), mu=listed(mu), parameters=listed(values),
         words=",\n        ".join(f'"{e}"' for e in STATUSES.values()),
     )  # fmt: skip
-    return text + (_harness(given) if harness else "")
+    return text + (_harness(model) if harness else "")
 
 
-def _harness(given: Exported) -> str:
+def _harness(model: Exported) -> str:
     read, at = [], 1
-    for parameter in given.parameters:
+    for parameter in model.parameters:
         key, count = f'"\\"{parameter.name}\\":"', len(parameter.values)
         read.append(f"        numbers(given, {key}, s.q + {at}, {count});")
         at += len(parameter.values)
-    n = given.constants["N"]
-    if given.timed:
+    n = model.constants["N"]
+    if model.timed:
         read.append(f'        numbers(line, "\\"t\\":", s.x + {n - 1}, 1);')
-    if not given.parameters:
+    if not model.parameters:
         read.append("        (void)given;")
-    return HARNESS.replace("READ", "\n".join(read)).replace("POSITIONS", str(n - given.timed))
+    return HARNESS.replace("READ", "\n".join(read)).replace("POSITIONS", str(n - model.timed))

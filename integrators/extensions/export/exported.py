@@ -175,25 +175,25 @@ class Exported:
             y=(), rows=tuple(momentum(s)), slope=tuple(mass_matrix(s)), increment=(), gain=(),
             kinds=kinds_of(("velocity", s.u)),
         )  # fmt: skip
-        found = KernelText(step, "_of_speed", {"carried"}, parts=("solver", "prepare"))
-        _ = found.text  # writing finds the coefficients
-        return found
+        kernel = KernelText(step, "_of_speed", {"carried"}, parts=("solver", "prepare"))
+        _ = kernel.text  # writing finds the coefficients
+        return kernel
 
     @cached_property
     def formulas(self) -> dict[str, str]:
         """The texts of energy, momenta, rates and of a velocity in closed form, by name."""
-        found = dict[str, Sequence[Any]]()
+        expressions = dict[str, Sequence[Any]]()
         if self.has_energy:
-            found["energy_at"] = [energy(self.s)]
+            expressions["energy_at"] = [energy(self.s)]
         if self.conserved:
-            found["momenta_at"] = [e for _, e in self.conserved]
+            expressions["momenta_at"] = [e for _, e in self.conserved]
         if self.needs_rates:
-            found["rates_at"] = list(rates(self.s))
+            expressions["rates_at"] = list(rates(self.s))
         if self.needs_speed and self.speed is None:
             speed = closed_velocity(self.s)
             assert speed is not None  # a Hamiltonian gives it
-            found["speed_at"] = list(speed)
-        texts = {name: numeric_text(self._letters, [e]) for name, e in found.items()}
+            expressions["speed_at"] = list(speed)
+        texts = {name: numeric_text(self._letters, [e]) for name, e in expressions.items()}
         return {k: re.sub(r"return array\(\[(.*)\], \d+\)$", r"return (\1,)", e).replace(
             "def function(", f"def {k}(") for k, e in texts.items()}  # fmt: skip
 
@@ -210,15 +210,15 @@ class Exported:
     @cached_property
     def conserved(self) -> list[tuple[str, Any]]:
         """(name, expression) of the scene's quantities, entry by entry."""
-        found = list[tuple[str, Any]]()
+        quantities = list[tuple[str, Any]]()
         for quantity in self.scene.symmetries:
             if quantity.of_step or quantity.attitude:
                 continue
             entries = entries_of(self.s.conserved(quantity))
             names = [quantity.name] if len(entries) == 1 else [
                 f"{quantity.name} {i}" for i in range(len(entries))]  # fmt: skip
-            found += zip(names, entries, strict=True)
-        return found
+            quantities += zip(names, entries, strict=True)
+        return quantities
 
     # -- the first guess ---------------------------------------------------------------------------
 
@@ -232,25 +232,25 @@ class Exported:
     def guess(self) -> list[str]:
         """Where each unknown starts: the scene's velocity, or what a state's vector field gives."""
         m, size = len(self.s.mu), len(self.s.x) + len(self.s.mu)
-        found, seen = [], dict[str, int]()
+        guess, seen = [], dict[str, int]()
         arrows = self.scheme.equations.arrows is not None
         for i, kind in enumerate(self.step.kinds or ["velocity"] * len(self.step.w)):
             at = seen[kind] = seen.get(kind, -1) + 1
             of_state = {"velocity": f"s.v[{at % m}]", "slope": f"s.rates[{at % size}]",
                         "place": f"s.x[{at}] / s.q[0]"}  # fmt: skip
             of_scene = f"V0[{i}]" if i < m else "0.0"
-            found.append(of_scene if arrows else of_state.get(kind, "0.0"))
-        return found if self.layout.iterated else ["0.0"] * len(found)
+            guess.append(of_scene if arrows else of_state.get(kind, "0.0"))
+        return guess if self.layout.iterated else ["0.0"] * len(guess)
 
     def _first_guess(self, state: Any) -> Any:
         """Return the guess as the text has it."""
         of = self.module.names.__getitem__
         x, mu, q = of("here")(state)
         v = of("speed")(x, mu, q) if self.needs_speed else mu
-        found = SimpleNamespace(x=x, v=v, q=q)
+        record = SimpleNamespace(x=x, v=v, q=q)
         if self.needs_rates:
-            found.rates = of("rates_at")(x, v, mu, q)
-        return tuple(eval(e, {"s": found, "V0": self.v0}) for e in self.guess)
+            record.rates = of("rates_at")(x, v, mu, q)
+        return tuple(eval(e, {"s": record, "V0": self.v0}) for e in self.guess)
 
     # -- the text ----------------------------------------------------------------------------------
 
@@ -283,14 +283,14 @@ class Exported:
             return None
         nodes = self.flow.context.equations.rule.nodes
         source = stage_source(self.flow.context.equations.s, nodes)
-        given = lane_namespace(nodes.count, Double(), -(-nodes.count // self.lanes) * self.lanes)
+        names = lane_namespace(nodes.count, Double(), -(-nodes.count // self.lanes) * self.lanes)
         text = text_of_stages(source.derived())
-        numbers = tables(nodes, nodes.count, given["WIDTH"], Double())
+        numbers = tables(nodes, nodes.count, names["WIDTH"], Double())
         text = f"{text}\n\nWIDE = {len(self.s.q)}\n\n{PREPARING}"
-        found = Specialised(text, {**given, **numbers}, {}, {}, given["WIDTH"])
+        stages = Specialised(text, {**names, **numbers}, {}, {}, names["WIDTH"])
         used = {e: numbers[e] for e in re.findall(r"\b[A-Z_]+\b", text) if e in numbers}
-        found.constants = {**self._numbers, **used}
-        return found
+        stages.constants = {**self._numbers, **used}
+        return stages
 
     def _drive(self, module: Specialised, memory: str) -> Any:
         """Return what writes a driver; memory: the field of what it remembers."""
@@ -340,12 +340,12 @@ class Exported:
     @cached_property
     def parameters(self) -> list[Parameter]:
         """The scene's parameters with their values."""
-        values, found = iter(float(e) for e in self.scene.parameter_values), []
+        values, entries = iter(float(e) for e in self.scene.parameter_values), []
         for name, letters in vars(self.s.parameters).items():
             shape: tuple[int, ...] = tuple(map(int, getattr(letters, "shape", ())))
             shape = shape[:1] if shape[1:] == (1,) else shape
-            found.append(Parameter(name, shape, tuple(next(values) for _ in range(prod(shape)))))
-        return found
+            entries.append(Parameter(name, shape, tuple(next(values) for _ in range(prod(shape)))))
+        return entries
 
     # -- constants and fields ----------------------------------------------------------------------
 
@@ -379,21 +379,21 @@ class Exported:
             "x": layout.n, "mu": layout.m, "q": len(self.s.q), "lost": layout.n + layout.m,
             "k": layout.reused, "memory": j * layout.row,
         }  # fmt: skip
-        found: dict[str, Any] = {k: ("float", (e,)) for k, e in numbers.items()}
-        found |= {"c": ("float", (j, layout.width)), "h": ("float", ()), "branch": ("float", ())}
-        found |= {e: ("int", ()) for e in ("fresh", "done", "by_newton", "stretch")}
+        fields: dict[str, Any] = {k: ("float", (e,)) for k, e in numbers.items()}
+        fields |= {"c": ("float", (j, layout.width)), "h": ("float", ()), "branch": ("float", ())}
+        fields |= {e: ("int", ()) for e in ("fresh", "done", "by_newton", "stretch")}
         if self.stages is not None:
             at = self.stages.names["LAYOUT"]
-            found |= {"stages": ("float", (at.row,)), "stage_c": ("float", (1, at.width))}
-        return found
+            fields |= {"stages": ("float", (at.row,)), "stage_c": ("float", (1, at.width))}
+        return fields
 
 
-def used_fields(given: Any) -> dict[str, tuple[str, int | None]]:
+def used_fields(model: Any) -> dict[str, tuple[str, int | None]]:
     """Return name → (kind, length, or None of a single number) of the fields that a file has."""
-    used = {e.attr for f in given.functions for e in ast.walk(f) if isinstance(e, ast.Attribute)}
+    used = {e.attr for f in model.functions for e in ast.walk(f) if isinstance(e, ast.Attribute)}
     used |= {"x", "mu", "q"}
     return {name: (kind, prod(lengths) if lengths else None)
-            for name, (kind, lengths) in given.fields.items() if name in used}  # fmt: skip
+            for name, (kind, lengths) in model.fields.items() if name in used}  # fmt: skip
 
 
 #: how parameters are set in a language, and what a compiler has to be told
@@ -402,12 +402,12 @@ SET = {"C": ": set them, then start", "Python with numpy": ": begin(x, mu, name=
 NO_FAST = ", so do not let a compiler reorder additions (no -ffast-math)"
 
 
-def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
+def head(model: Any, language: str, said: Sequence[str]) -> list[str]:
     """Return the lines of the page of comments: what the file is, and what was verified.
 
     said: lines about the command, the version and what was verified.
     """
-    scheme, scene, rule = given.scheme, given.scene, given.scheme.rule
+    scheme, scene, rule = model.scheme, model.scene, model.scheme.rule
     order = scheme.order
     lines = [f"{scene.name} by {rule.name}, in {language}", ""]
     sites = getattr(scene, "sites", 0)
@@ -418,8 +418,8 @@ def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
         f"System: {scene.name}, on {scene.groupoid.name}{of_sites}. {scene.source}",
         f"Rule: {rule.name}. {' '.join(str(rule.source).split())}",
         f"Order in (x, mu): {'not stated, measure it' if order is None else order}. " + of_adjoint,
-        f"x has {given.constants['N']} entries{', the last of which is the time' * given.timed}; "
-        f"mu has {given.constants['M']}: momenta in the natural basis, dL/dv on a vector space.",
+        f"x has {model.constants['N']} entries{', the last of which is the time' * model.timed}; "
+        f"mu has {model.constants['M']}: momenta in the natural basis, dL/dv on a vector space.",
         f"Parameters stay parameters{SET.get(language, '')}. Sums of x and mu are compensated"
         f"{NO_FAST * (language == 'C')}.",
         *said,
@@ -429,10 +429,10 @@ def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
     return lines[:-1]
 
 
-def constants(given: Any) -> Iterator[tuple[str, Any]]:
+def constants(model: Any) -> Iterator[tuple[str, Any]]:
     """Yield the constants that the functions use, by name."""
-    used = {e.id for f in given.functions for e in ast.walk(f) if isinstance(e, ast.Name)}
+    used = {e.id for f in model.functions for e in ast.walk(f) if isinstance(e, ast.Name)}
     always = {"N", "M", *STATUSES}
-    for name, value in given.constants.items():
+    for name, value in model.constants.items():
         if name in used | always:
             yield name, np.ravel(value).tolist() if isinstance(value, tuple) else value

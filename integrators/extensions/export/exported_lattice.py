@@ -60,23 +60,23 @@ class ExportedLattice:
     @cached_property
     def parameters(self) -> list[Parameter]:
         """The shared parameters, and those that each site or bond has."""
-        found = list[Parameter]()
+        parameters = list[Parameter]()
         for word, parts in self.scene.split_parameters.items():
             for name, value in parts.items():
-                if all(e.name != name for e in found):
+                if all(e.name != name for e in parameters):
                     values = tuple(map(float, flatten(value) if word == "shared"
                                        else np.ravel(value)))  # fmt: skip
-                    found.append(Parameter(name, tuple(np.shape(value)), values))
-        return found
+                    parameters.append(Parameter(name, tuple(np.shape(value)), values))
+        return parameters
 
     @cached_property
     def places(self) -> dict[str, int]:
         """Where each parameter begins in q."""
-        found, at = {}, 1
+        places, at = {}, 1
         for parameter in self.parameters:
-            found[parameter.name] = at
+            places[parameter.name] = at
             at += len(parameter.values)
-        return found
+        return places
 
     @property
     def own_rows(self) -> str:

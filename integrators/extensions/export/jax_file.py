@@ -344,10 +344,10 @@ def momenta(state):
 '''
 
 
-def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
+def jax_file(model: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the JAX file of a scheme."""
-    of_speed = "" if given.speed is None else given.speed.text
-    text = "\n\n".join([given.text.partition("\nLAYOUT = ")[0], of_speed, *given.formulas.values()])
+    of_speed = "" if model.speed is None else model.speed.text
+    text = "\n\n".join([model.text.partition("\nLAYOUT = ")[0], of_speed, *model.formulas.values()])
     sources = [f for f in parsed(text) if last_of(f.name.removesuffix("_near").removesuffix(
         "_far")) is None]  # fmt: skip
     if any(f.name.startswith("matrix_") for f in sources):
@@ -364,44 +364,44 @@ def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     names = {f.name for f in sources}
     functions += [Jax().function(f) for f in parsed(inspect.getsource(over))]
     kernels = []
-    for suffix, affine in zip(("", "_of_adjoint"), given.affine, strict=False):
+    for suffix, affine in zip(("", "_of_adjoint"), model.affine, strict=False):
         own = [f"{e}{suffix}" for e in ("solver", "update", "carry", "prepare")]
         extents = f"extents{suffix}" if f"extents{suffix}" in names else "None"
         kernels.append(f"    ({', '.join(own)}, {extents}, {affine}),")
-    lines = ["    v = speed(x, mu, q)"] * given.needs_speed
+    lines = ["    v = speed(x, mu, q)"] * model.needs_speed
     lines += ["    rates = packed(rates_at(x, v, mu, q))"] * ("rates_at" in names)
-    entries = ["0.0" if "/" in e else e.replace("s.", "") for e in given.guess]
+    entries = ["0.0" if "/" in e else e.replace("s.", "") for e in model.guess]
     more = GUESS.format(lines="\n".join(lines), entries=", ".join(entries))
     more = more.replace('"""\n\n', '"""\n')
-    if given.needs_speed:
-        more += SPEED.format(value=_speed(given))
-    if given.has_energy:
-        more += ENERGY.format(v="mu" if given.speed is None else "speed(x, mu, q)")
-    more += MOMENTA * bool(given.quantities)
-    if given.constants["MULTIPLIERS"]:
-        more += MULTIPLIERS.format(m=given.constants["M"], count=given.constants["MULTIPLIERS"])
+    if model.needs_speed:
+        more += SPEED.format(value=_speed(model))
+    if model.has_energy:
+        more += ENERGY.format(v="mu" if model.speed is None else "speed(x, mu, q)")
+    more += MOMENTA * bool(model.quantities)
+    if model.constants["MULTIPLIERS"]:
+        more += MULTIPLIERS.format(m=model.constants["M"], count=model.constants["MULTIPLIERS"])
     turning = "stumpff_" in text
     more += STUMPFF * turning
-    numbers = {e: given.constants[e] for e in (
+    numbers = {e: model.constants[e] for e in (
         "N", "M", "KINDS", "SHARES", "SUBSTEPS", "REACH", "EPS", "ROOT_EPS", "LARGE", "MARGIN",
-    )} | {"OF_RULE": given.of_rule, "V0": given.v0}  # fmt: skip
+    )} | {"OF_RULE": model.of_rule, "V0": model.v0}  # fmt: skip
     if turning:  # two more for each derivative
         numbers |= {"TERMS": TERMS, "OVER": [1 / factorial(n) for n in range(60)]}
-    numbers["PLACES"] = [i for i, e in enumerate(given.guess) if "/" in e]
+    numbers["PLACES"] = [i for i, e in enumerate(model.guess) if "/" in e]
     text = FILE.format(
         partial="from functools import partial\n" * turning, more=more,
-        head="\n".join(head(given, "Python with JAX", said)),
+        head="\n".join(head(model, "Python with JAX", said)),
         constants="\n".join(f"{k} = {v!r}" for k, v in numbers.items()),
-        functions="\n\n\n".join(functions), kernels="\n".join(kernels), **python_parts(given),
+        functions="\n\n\n".join(functions), kernels="\n".join(kernels), **python_parts(model),
     )  # fmt: skip
-    return text + (harness(given, RUN) if with_harness else "")
+    return text + (harness(model, RUN) if with_harness else "")
 
 
-def _speed(given: Exported) -> str:
+def _speed(model: Exported) -> str:
     """Return the statement that gives the velocity of a state."""
-    if given.speed is None:
+    if model.speed is None:
         return "return packed(speed_at(x, mu, mu, q))"
     solver = "solver_of_speed(tuple(x), {}tuple(mu), (), prepare_of_speed(q))"
-    if given.speed.affine:
+    if model.speed.affine:
         return f"return packed({solver.format('')})"
     return f"return solved_by_newton(lambda v: {solver.format('tuple(v), ')}, jnp.array(V0))"

@@ -56,8 +56,8 @@ class Julia(Printer):
         kinds = {"float": "::Float64", "int": "::Int", "bool": "::Bool", "Vector": "", "Out": "",
                  "State": "::State"}  # fmt: skip
         self.owner = f.name
-        given = [a.arg + kinds[ast.unparse(a.annotation)] for a in f.args.args if a.annotation]
-        self.put(f"function {self.names.get(f.name, f.name)}({', '.join(given)})")
+        arguments = [a.arg + kinds[ast.unparse(a.annotation)] for a in f.args.args if a.annotation]
+        self.put(f"function {self.names.get(f.name, f.name)}({', '.join(arguments)})")
 
     def unused(self, name: str) -> None:
         """Write nothing: Julia does not mind."""
@@ -159,27 +159,27 @@ def written(value: object) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-def julia_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
+def julia_file(model: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the Julia file of a scheme."""
     fields, zeros = [], []
-    for name, (kind, length) in used_fields(given).items():
+    for name, (kind, length) in used_fields(model).items():
         one = "Float64" if kind == "float" else "Int"
         fields.append(f"    {name}::{one if length is None else f'Vector{{{one}}}'}")
         zeros.append(f"zero({one})" if length is None else f"zeros({one}, {length})")
-    x, mu = given.start
+    x, mu = model.start
     printer = Julia()
-    functions = [printer.function(f) for f in given.functions]
-    values = "\n".join(f"const {k} = {written(v)}" for k, v in constants(given))
-    parameters = [f"{p.name} = {written(nested(p))}" for p in given.parameters]
+    functions = [printer.function(f) for f in model.functions]
+    values = "\n".join(f"const {k} = {written(v)}" for k, v in constants(model))
+    parameters = [f"{p.name} = {written(nested(p))}" for p in model.parameters]
     text = FILE.format(
-        head="\n".join(head(given, "Julia", said)), x=written(x), mu=written(mu),
+        head="\n".join(head(model, "Julia", said)), x=written(x), mu=written(mu),
         constants=values,
         parameters=", ".join(parameters),
-        quantities=f"String[{', '.join(map(written, given.quantities))}]",
+        quantities=f"String[{', '.join(map(written, model.quantities))}]",
         told=written([*STATUSES.values()]), fields="\n".join(fields), zeros=", ".join(zeros),
         functions="\n\n".join(["\n".join(printer.scratch), *functions]).lstrip(),
     )  # fmt: skip
     if with_harness:
-        n = given.constants["N"] - given.timed
-        text += HARNESS.format(time='asked["t"]' if given.timed else "", positions=n)
+        n = model.constants["N"] - model.timed
+        text += HARNESS.format(time='asked["t"]' if model.timed else "", positions=n)
     return text

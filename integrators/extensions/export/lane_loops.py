@@ -66,13 +66,13 @@ def _grouped(block: Block, width: int) -> Block:
 
     Another value goes before the loop, if it needs nothing of it.
     """
-    found, group = Block(), Block()
+    statements, group = Block(), Block()
     written, single = set[str](), set[str]()  # by the group, and read at one lane by it
 
     def close() -> None:
         if group:
             lanes = ast.Call(ast.Name("range"), [ast.Constant(width)], [])
-            found.append(ast.For(ast.Name(LANE), lanes, [*group], []))
+            statements.append(ast.For(ast.Name(LANE), lanes, [*group], []))
         for e in (group, written, single):
             e.clear()
 
@@ -86,15 +86,15 @@ def _grouped(block: Block, width: int) -> Block:
             written.update(new)
             single.update(one)
         elif isinstance(s, ast.AnnAssign) and not _texts(s.value) & written:
-            found.append(s)
+            statements.append(s)
         else:
             close()
             for word in ("body", "orelse"):
                 if hasattr(s, word):
                     setattr(s, word, _grouped(getattr(s, word), width))
-            found.append(s)
+            statements.append(s)
     close()
-    return found
+    return statements
 
 
 def _is_index(e: ast.AST) -> bool:

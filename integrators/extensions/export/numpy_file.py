@@ -204,39 +204,39 @@ def nested(parameter: Parameter) -> Any:
     return values if parameter.shape else values[0]
 
 
-def python_parts(given: Exported) -> dict[str, str]:
+def python_parts(model: Exported) -> dict[str, str]:
     """Return the parts that all files in Python have."""
-    x, mu = given.start
-    rows = [f'    "{p.name}": {nested(p)!r},' for p in given.parameters]
+    x, mu = model.start
+    rows = [f'    "{p.name}": {nested(p)!r},' for p in model.parameters]
     return {"x": repr(x), "mu": repr(mu), "parameters": "\n".join(rows),
-            "quantities": repr(given.quantities), "told": repr([*STATUSES.values()])}  # fmt: skip
+            "quantities": repr(model.quantities), "told": repr([*STATUSES.values()])}  # fmt: skip
 
 
 RUN = 'xs, mus = run(state, asked["h"], asked["steps"], asked["every"])'
 
 
-def harness(given: Exported, run: str = RUN) -> str:
+def harness(model: Exported, run: str = RUN) -> str:
     """Return the adapter that speaks JSON lines; run: the statement that makes the rows."""
-    n = given.constants["N"]
-    x = 'asked["x"] + [asked["t"]]' if given.timed else 'asked["x"]'
-    rows = f"[row[:{n - 1}] for row in xs.tolist()]" if given.timed else "xs.tolist()"
+    n = model.constants["N"]
+    x = 'asked["x"] + [asked["t"]]' if model.timed else 'asked["x"]'
+    rows = f"[row[:{n - 1}] for row in xs.tolist()]" if model.timed else "xs.tolist()"
     return HARNESS.format(x=x, rows=rows, run=run)
 
 
-def numpy_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
+def numpy_file(model: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the Python file of a scheme."""
-    lines = [f"{name} = {value!r}" for name, value in constants(given)]
+    lines = [f"{name} = {value!r}" for name, value in constants(model)]
     fields = []
-    for name, (kind, length) in used_fields(given).items():
+    for name, (kind, length) in used_fields(model).items():
         zero = "0.0" if kind == "float" else "0"
         zero = zero if length is None else f"[{zero}] * {length}"
         fields.append(f"self.{name} = {zero}")
-    functions = [Python().function(f) for f in given.functions if f.name != "rows_of_run"]
-    more = ENERGY * given.has_energy + MOMENTA * bool(given.quantities)
-    more += MULTIPLIERS * any(f.name == "multipliers" for f in given.functions)
+    functions = [Python().function(f) for f in model.functions if f.name != "rows_of_run"]
+    more = ENERGY * model.has_energy + MOMENTA * bool(model.quantities)
+    more += MULTIPLIERS * any(f.name == "multipliers" for f in model.functions)
     text = FILE.format(
-        head="\n".join(head(given, "Python with numpy", said)), constants="\n".join(lines),
+        head="\n".join(head(model, "Python with numpy", said)), constants="\n".join(lines),
         fields=indent("\n".join(fields), " " * 8), more=more,
-        functions="\n\n\n".join(functions), **python_parts(given),
+        functions="\n\n\n".join(functions), **python_parts(model),
     )  # fmt: skip
-    return text + (harness(given) if with_harness else "")
+    return text + (harness(model) if with_harness else "")

@@ -67,8 +67,8 @@ class Printer:
             return f"{self.of(e.value, ATOM)}[{self.index(e.slice)}]", ATOM
         if isinstance(e, ast.Call):
             assert isinstance(e.func, ast.Name)
-            given = ", ".join(map(self.of, e.args))
-            return f"{self.names.get(e.func.id, e.func.id)}({given})", ATOM
+            arguments = ", ".join(map(self.of, e.args))
+            return f"{self.names.get(e.func.id, e.func.id)}({arguments})", ATOM
         if isinstance(e, ast.IfExp):
             return self.choice(*(self.of(part, 1) for part in (e.test, e.body, e.orelse))), CHOICE
         if isinstance(e, ast.Compare):
@@ -180,11 +180,11 @@ class Printer:
         kinds = {"float": "double ", "int": "int ", "bool": "int ", "State": "state *",
                  "Vector": "const double *restrict ", "Out": "double *restrict ",
                  "None": "void "}  # fmt: skip
-        given = ", ".join(kinds[ast.unparse(a.annotation)] + a.arg for a in f.args.args
-                          if a.annotation)  # fmt: skip
+        arguments = ", ".join(kinds[ast.unparse(a.annotation)] + a.arg for a in f.args.args
+                              if a.annotation)  # fmt: skip
         name = self.names.get(f.name, f.name)
         kept = "" if name in self.public else "static inline "
-        self.put(f"{kept}{kinds[ast.unparse(f.returns or ast.Name('None'))]}{name}({given}) {{")
+        self.put(f"{kept}{kinds[ast.unparse(f.returns or ast.Name('None'))]}{name}({arguments}) {{")
 
     def unused(self, name: str) -> None:
         """Write that an argument is not used."""
@@ -247,5 +247,5 @@ class Printer:
     def bounds(s: ast.For) -> tuple[ast.expr, ast.expr]:
         """Return the first index of a loop, and the one behind the last."""
         assert isinstance(s.iter, ast.Call)
-        found = s.iter.args
-        return (found[0], found[1]) if len(found) > 1 else (ast.Constant(0), found[0])
+        ends = s.iter.args
+        return (ends[0], ends[1]) if len(ends) > 1 else (ast.Constant(0), ends[0])

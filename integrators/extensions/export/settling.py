@@ -85,11 +85,11 @@ def _needed(block: Block) -> set[str]:
                 roots.update(reads)
 
     collect(block, set())
-    found, following = set[str](), roots
+    names, following = set[str](), roots
     while following:
-        found |= following
-        following = {e for name in following for e in uses.get(name, ())} - found
-    return found
+        names |= following
+        following = {e for name in following for e in uses.get(name, ())} - names
+    return names
 
 
 def _comment(s: ast.stmt) -> bool:
@@ -98,17 +98,17 @@ def _comment(s: ast.stmt) -> bool:
 
 def _beyond(block: Block, known: set[str]) -> set[str]:
     """Return the results that are used outside the block in which they get their names."""
-    here, found = set(known), set[str]()
+    here, results = set(known), set[str]()
     for s in block:
-        found |= {n for n in _own(s) if _result(n)} - here
+        results |= {n for n in _own(s) if _result(n)} - here
         if isinstance(s, ast.AnnAssign):
             here |= {ast.unparse(s.target)}
         inner = here | ({ast.unparse(s.target)} if isinstance(s, ast.For) else set())
         for part in (getattr(s, "body", []), getattr(s, "orelse", [])):
-            found |= _beyond(part, inner)
+            results |= _beyond(part, inner)
         if isinstance(s, ast.While):
-            found |= {n for n in _names(s.test) if _result(n)} - here
-    return found
+            results |= {n for n in _names(s.test) if _result(n)} - here
+    return results
 
 
 def _result(name: str) -> bool:
@@ -132,38 +132,38 @@ class _Outside(ast.NodeTransformer):
 
 def _read(block: Sequence[ast.AST]) -> list[str]:
     """Return the names that are read, once for each time."""
-    found = []
+    words = []
     for s in block:
         written = [*s.targets] if isinstance(s, ast.Assign) else []
         written += [s.target] if isinstance(s, (ast.AnnAssign, ast.For)) else []
         names = {id(e) for e in written if isinstance(e, ast.Name)}
         for e in ast.iter_child_nodes(s):
             if isinstance(e, ast.stmt):
-                found += _read([e])
+                words += _read([e])
             elif id(e) not in names:
-                found += [n.id for n in ast.walk(e) if isinstance(n, ast.Name)]
-    return found
+                words += [n.id for n in ast.walk(e) if isinstance(n, ast.Name)]
+    return words
 
 
 def _lean(block: Block, needed: set[str]) -> Block:
     """Return the statements without names that nothing needs, and without empty blocks."""
-    found: Block = []
+    statements: Block = []
     for s in block:
         name = _target(s)
         if isinstance(s, ast.If):
             yes, no = _lean(s.body, needed), _lean(s.orelse, needed)
             if yes or no:
                 test = s.test if yes else ast.UnaryOp(ast.Not(), s.test)
-                found.append(ast.If(test, yes or no, no if yes else []))
+                statements.append(ast.If(test, yes or no, no if yes else []))
         elif isinstance(s, ast.While):
-            found.append(ast.While(s.test, _lean(s.body, needed), []))
+            statements.append(ast.While(s.test, _lean(s.body, needed), []))
         elif isinstance(s, ast.For):
             body = _lean(s.body, needed)
             if not all(map(_comment, body)):
-                found.append(ast.For(s.target, s.iter, body, []))
+                statements.append(ast.For(s.target, s.iter, body, []))
         elif not name or name in needed:
-            found.append(s)
-    return found
+            statements.append(s)
+    return statements
 
 
 class _Placing(ast.NodeTransformer):
@@ -178,9 +178,9 @@ class _Placing(ast.NodeTransformer):
     def visit_Name(self, node: ast.Name) -> ast.expr:
         if node.id not in self.waiting:
             return node
-        found, _ = self.waiting.pop(node.id)
-        assert found.value is not None
-        return found.value
+        statement, _ = self.waiting.pop(node.id)
+        assert statement.value is not None
+        return statement.value
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         """Leave two signs out."""
@@ -192,7 +192,7 @@ class _Placing(ast.NodeTransformer):
 
     def block(self, block: Block) -> Block:
         """Return the statements of a block."""
-        found: Block = []
+        statements: Block = []
         outer, self.waiting = self.waiting, {}
         last = {name: k for k, s in enumerate(block) for name in _own(s)}
         for k, s in enumerate(block):
@@ -204,18 +204,18 @@ class _Placing(ast.NodeTransformer):
                 if once and last.get(name, -1) > k and not _zeros(s):
                     self.waiting[name] = (s, reads)
                 else:
-                    found.append(s)
+                    statements.append(s)
                 continue
             written = _written([s])
             now = {*_own(s)}
             for name, (waits, reads) in [*self.waiting.items()]:
                 if name not in now and reads & written:
-                    found.append(waits)
+                    statements.append(waits)
                     del self.waiting[name]
-            found.append(self._whole(s))
-        found += [waits for waits, _ in self.waiting.values()]
+            statements.append(self._whole(s))
+        statements += [waits for waits, _ in self.waiting.values()]
         self.waiting = outer
-        return found
+        return statements
 
     def _whole(self, s: ast.stmt) -> ast.stmt:
         if isinstance(s, ast.If):
@@ -261,16 +261,16 @@ def _kept(e: ast.AST | None) -> set[str]:
 
 def _written(block: Sequence[ast.stmt]) -> set[str]:
     """Return the arrays and variables that statements write."""
-    found = set[str]()
+    names = set[str]()
     for s in block:
         for e in ast.walk(s):
             if isinstance(e, ast.Assign):
                 (target,) = e.targets
                 inner = target.value if isinstance(target, ast.Subscript) else target
-                found.add(ast.unparse(inner))
+                names.add(ast.unparse(inner))
             if isinstance(e, (ast.Expr, ast.Assign)) and calls_of_file(e.value):
-                found |= {n for a in e.value.args for n in _names(a)}  # type: ignore[attr-defined]
-    return found
+                names |= {n for a in e.value.args for n in _names(a)}  # type: ignore[attr-defined]
+    return names
 
 
 OPPOSITE: dict[type, type] = {ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -290,11 +290,11 @@ def _plain(test: ast.expr) -> ast.expr:
 def _named(block: Block, hints: Mapping[str, str], taken: set[str]) -> Block:
     """Return the statements with names that the text has, each used for one thing."""
     seen = Counter[str]()
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
 
     class Naming(ast.NodeTransformer):
         def visit_Name(self, node: ast.Name) -> ast.expr:
-            if FRESH.match(node.id) and node.id not in found:
+            if FRESH.match(node.id) and node.id not in names:
                 word = hints.get(node.id) or node.id[0].lower()
                 while True:
                     number, seen[word] = seen[word], seen[word] + 1
@@ -303,7 +303,7 @@ def _named(block: Block, hints: Mapping[str, str], taken: set[str]) -> Block:
                     if name not in taken:
                         break
                 taken.add(name)
-                found[node.id] = name
-            return ast.Name(found.get(node.id, node.id))
+                names[node.id] = name
+            return ast.Name(names.get(node.id, node.id))
 
     return [Naming().visit(s) for s in block]

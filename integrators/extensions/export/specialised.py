@@ -79,10 +79,10 @@ class Structured(Scope):
             several = isinstance(numbers, tuple)
 
             def letter(e: Any) -> Letter:
-                found: Letter = self.routine.memory(kind_of(e))
+                place: Letter = self.routine.memory(kind_of(e))
                 word = re.sub(r"\W.*", "", name.removeprefix("turns of the loop"))
-                self.routine.hints[found.name] = f"{word}_{next(made)}" if several else word
-                return found
+                self.routine.hints[place.name] = f"{word}_{next(made)}" if several else word
+                return place
 
             self.places[name] = mapped(letter, numbers)
         super()._put(name, numbers)
@@ -354,11 +354,11 @@ class Specialised(Module):
             return Entries("i" if isinstance(value[0], int) else "f", name, None, self.routine)
         if not isinstance(value, tuple):
             return Value("v", f"{name}[{f'{first} + ' if first else ''}{LANE}]", self.routine)
-        found = []
+        entries = []
         for part in value:
-            found.append(self._constant(name, part, first))
+            entries.append(self._constant(name, part, first))
             first += np.size(part)
-        return tuple(found)
+        return tuple(entries)
 
 
 def _given(e: Any) -> ast.expr:

@@ -37,17 +37,17 @@ def export(scheme: Any, language: str, harness: bool = False, said: Sequence[str
     if language not in LANGUAGES:
         raise unknown("language", language, LANGUAGES)
     scheme = exportable(scheme, language != "jax")
-    given: Any = ExportedLattice(scheme) if hasattr(scheme, "lattice") else Exported(
+    model: Any = ExportedLattice(scheme) if hasattr(scheme, "lattice") else Exported(
         scheme, LANES[language])  # fmt: skip
-    text = LANGUAGES[language](given, [said_by_us(), *said], harness)
+    text = LANGUAGES[language](model, [said_by_us(), *said], harness)
     return text.replace(SEAL, digest(text.strip())[: len(SEAL)], 1)
 
 
 def as_written(text: str) -> bool:
     """Tell whether a file is as `export` wrote it, so that another may take its place."""
-    found = re.search(rf"seal ([0-9a-f]{{{len(SEAL)}}})", text)
-    return found is not None and found[1] == digest(
-        text.replace(found[1], SEAL, 1).strip()
+    match = re.search(rf"seal ([0-9a-f]{{{len(SEAL)}}})", text)
+    return match is not None and match[1] == digest(
+        text.replace(match[1], SEAL, 1).strip()
     )[: len(SEAL)]  # fmt: skip
 
 

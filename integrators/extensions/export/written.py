@@ -111,11 +111,11 @@ class Writer:
 
     def call(self, name: str, *arguments: Any) -> Value:
         """Call a function of numbers."""
-        given = [tree(float(e) if isinstance(e, int) else e) for e in arguments]
+        trees = [tree(float(e) if isinstance(e, int) else e) for e in arguments]
         kind = among(*arguments)
         if name == "pow":
-            return self.get(kind, ast.BinOp(given[0], ast.Pow(), given[1]))
-        return self.get(kind, ast.Call(ast.Name("abs" if name == "fabs" else name), given, []))
+            return self.get(kind, ast.BinOp(trees[0], ast.Pow(), trees[1]))
+        return self.get(kind, ast.Call(ast.Name("abs" if name == "fabs" else name), trees, []))
 
     def select(self, test: Value, yes: Any, no: Any) -> Value:
         """Return `yes` if the test holds, else `no`."""
@@ -177,8 +177,8 @@ class Letter:
     routine: Any
 
     def __getitem__(self, _: int) -> Value:
-        found: Value = self.routine.get(self.kind, tree(Value(self.kind, self.name)))
-        return found
+        value: Value = self.routine.get(self.kind, tree(Value(self.kind, self.name)))
+        return value
 
     def __setitem__(self, _: int, number: Any) -> None:
         if self.kind == "f" and isinstance(number, int):
@@ -217,11 +217,11 @@ class Entries(Array):
 class Registers:
     """An array at whose places, all known, there are variables.
 
-    given: what is at some places: a number that stays, or a `Letter`.
+    places: what is at some of them: a number that stays, or a `Letter`.
     """
 
-    def __init__(self, routine: Any, given: Mapping[int, Any] = MappingProxyType({})) -> None:
-        self.routine, self.places = routine, dict[int, Any](given)
+    def __init__(self, routine: Any, places: Mapping[int, Any] = MappingProxyType({})) -> None:
+        self.routine, self.places = routine, dict[int, Any](places)
 
     def place(self, index: int, kind: str) -> Any:
         """Return the variable at a place."""

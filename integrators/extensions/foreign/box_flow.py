@@ -126,13 +126,13 @@ class BoxFlow(FlowRuns):
     def moved_by(self, sizes: Vector) -> Vector:
         """Return by how much (x, μ) change if each number of `answer` changes by its size."""
         last, answer, q = self._last, self.answer, self._last[0]
-        own, found = np.concatenate(self._read(*last)), np.zeros(self.system.n + self.system.m)
+        own, changes = np.concatenate(self._read(*last)), np.zeros(self.system.n + self.system.m)
         for i in np.flatnonzero(sizes):
             moved = answer + sizes[i] * (np.arange(len(answer)) == i)
             parts = moved[: q.size].reshape(q.shape), moved[q.size :]
-            found += np.abs(np.concatenate(self._read(*parts, *last[2:])) - own)
+            changes += np.abs(np.concatenate(self._read(*parts, *last[2:])) - own)
         self._last = last
-        return found
+        return changes
 
     def settled(self, z: Vector, t0: Given = 0) -> Vector:
         """Return a state z = (x, μ) after its way into the box's own coordinates and back."""
@@ -150,22 +150,22 @@ class BoxFlow(FlowRuns):
         n = self.system.n
 
         def image(z: Vector) -> Vector:
-            found: list[Vector] = []
+            states: list[Vector] = []
 
             def row(k: int, q: Vector, p: Vector) -> None:
                 if k:
-                    found.extend(self._read(q, p, k, t0))
+                    states.extend(self._read(q, p, k, t0))
 
             q, p = self._written(z[:n], z[n:], t0)
             try:
                 self._calls.run(q, p, steps, steps // rows, lambda k: self._at(k, t0), row)
             except BoxRaised as error:
                 if rows > 1:
-                    missing = rows * len(z) - sum(map(len, found))
-                    return np.concatenate([*found, np.full((missing, *z.shape[1:]), np.nan)])
+                    missing = rows * len(z) - sum(map(len, states))
+                    return np.concatenate([*states, np.full((missing, *z.shape[1:]), np.nan)])
                 first = z.reshape(len(z), -1)[:, :1].T
                 raise self._failure(error, first[:, :n], first[:, n:], 1, t0) from error
-            return np.concatenate(found)
+            return np.concatenate(states)
 
         return self._of_rows(image) if self.scheme.rule.vectorised else image
 
@@ -174,11 +174,11 @@ class BoxFlow(FlowRuns):
         drawn = np.random.default_rng(0)
 
         def rows(points: Matrix) -> Matrix:
-            found = image(np.ascontiguousarray(points.T)).T
+            images = image(np.ascontiguousarray(points.T)).T
             for k in drawn.integers(len(points), size=ALSO_ALONE):
                 alone = image(points[k])
                 with np.errstate(all="ignore"):
-                    off = np.abs(alone - found[k]) > ALIKE * np.abs(found).max(axis=0)
+                    off = np.abs(alone - images[k]) > ALIKE * np.abs(images).max(axis=0)
                 if off.any():
                     raise BadInput(
                         f"the black box {self.scheme.rule.name} says vectorised, but of "
@@ -186,15 +186,15 @@ class BoxFlow(FlowRuns):
                         f"{(self.system.n, len(points))}, it gives something else than of one "
                         "alone: let each column be a state of its own, or leave vectorised out."
                     )
-            return found
+            return images
 
         return MapOfRows(image, rows)
 
     # -- states ----------------------------------------------------------------------------------
 
-    def _public(self, given: Numbers) -> Vector:
+    def _public(self, values: Numbers) -> Vector:
         """Return numbers of the flow's own arithmetic in the form that the box and the user get."""
-        return self.numbers.public(np.array(given, dtype=self.numbers.dtype))
+        return self.numbers.public(np.array(values, dtype=self.numbers.dtype))
 
     def _start(
         self, x0: Numbers | None, mu0: Numbers | None, t0: Given
@@ -209,16 +209,16 @@ class BoxFlow(FlowRuns):
             at = scene if x0 is None else scene.with_values(x0=list(x0))
             mu0 = initial_momentum(s, at, numbers, t0)
         x0 = scene.x0 if x0 is None else x0
-        found = []
+        parts = []
         with numbers.working():
-            for given, length, name in ((x0, s.n, "x"), (mu0, len(s.mu), "μ")):
-                if _length(given) != length:
+            for entries, length, name in ((x0, s.n, "x"), (mu0, len(s.mu), "μ")):
+                if _length(entries) != length:
                     raise BadInput(
-                        f"{scene.name}: {name} has {length} entries; got {shown(given)}."
+                        f"{scene.name}: {name} has {length} entries; got {shown(entries)}."
                     )
-                values = [numbers.number(e, name) for e in given]
-                found.append(self._public(values).reshape(length))
-        return found[0], found[1], t0
+                values = [numbers.number(e, name) for e in entries]
+                parts.append(self._public(values).reshape(length))
+        return parts[0], parts[1], t0
 
     def _at(self, k: int, t0: Exact) -> None:
         """Set the time of the scene in numbers to the beginning of step k."""
@@ -283,11 +283,11 @@ class BoxFlow(FlowRuns):
         )
 
 
-def _length(given: Numbers) -> int:
-    return len(given) if np.iterable(given) else -1
+def _length(values: Numbers) -> int:
+    return len(values) if np.iterable(values) else -1
 
 
-def _checked(box: Box, word: str, given: object) -> tuple[Vector, Vector]:
-    if not isinstance(given, tuple | list) or len(given) != 2:
+def _checked(box: Box, word: str, pair: object) -> tuple[Vector, Vector]:
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
         raise BadInput(f"the black box {box.name}: {word}= must give a pair of arrays.")
-    return np.asarray(given[0]), np.asarray(given[1])
+    return np.asarray(pair[0]), np.asarray(pair[1])

@@ -108,10 +108,10 @@ class Calls:
             made[0] = k
             if timed:
                 at(k)
-            given = function(q, p, *last)
-            if type(given) is not tuple or len(given) != 2:
-                given = self._pair(given)
-            q, p = given
+            answer = function(q, p, *last)
+            if type(answer) is not tuple or len(answer) != 2:
+                answer = self._pair(answer)
+            q, p = answer
             if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
                     and (q.shape, p.shape) == shapes):  # fmt: skip
                 q, p = self._arrays(q, p, shapes)
@@ -138,10 +138,10 @@ class Calls:
                     raise
             self._by_copies = True
         own = q.copy(), p.copy()
-        given = self.box.formula(*own, *last)
+        answer = self.box.formula(*own, *last)
         if not all(map(np.array_equal, own, (q, p))):
             raise BadInput(self._changes(at_line(self._asked)))
-        return given
+        return answer
 
     def _changes(self, begun: str) -> str:
         return (
@@ -174,9 +174,9 @@ class Calls:
     ) -> None:
         at(0)
         last = self._last["the function"]
-        given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
+        answer = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
         rows = steps // every + 1
-        qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
+        qs, ps = self._arrays(*self._pair(answer), ((rows, *q.shape), (rows, *p.shape)))
         if _displaced(qs[0], q) or _displaced(ps[0], p):
             off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
             said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
@@ -191,40 +191,40 @@ class Calls:
 
     # -- its answers -----------------------------------------------------------------------------
 
-    def _pair(self, given: object) -> tuple[Vector, Vector]:
-        if isinstance(given, tuple | list) and len(given) == 2:
-            return given[0], given[1]
-        shown = f"{len(given)} things" if isinstance(given, tuple | list) else _kind(given)
+    def _pair(self, answer: object) -> tuple[Vector, Vector]:
+        if isinstance(answer, tuple | list) and len(answer) == 2:
+            return answer[0], answer[1]
+        shown = f"{len(answer)} things" if isinstance(answer, tuple | list) else _kind(answer)
         raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
 
     def _arrays(
         self, q: object, p: object, shapes: tuple[tuple[int, ...], tuple[int, ...]]
     ) -> tuple[Vector, Vector]:
         """Return answers as arrays of the given shapes; raises `BadInput` for anything else."""
-        found = []
+        arrays = []
         names = self.box.form.first, self.box.form.second
-        for name, given, shape in zip(names, (q, p), shapes, strict=True):
-            if not isinstance(given, np.ndarray):
+        for name, array, shape in zip(names, (q, p), shapes, strict=True):
+            if not isinstance(array, np.ndarray):
                 raise BadInput(
-                    f"{self.what} gives {name} as {_kind(given)}, but must give an array of numpy "
+                    f"{self.what} gives {name} as {_kind(array)}, but must give an array of numpy "
                     f"of the shape {shape}: write np.array(...)."
                 )
-            if given.shape != shape:
+            if array.shape != shape:
                 raise BadInput(
-                    f"{self.what} gives {name} of the shape {given.shape}, but it must have the "
+                    f"{self.what} gives {name} of the shape {array.shape}, but it must have the "
                     f"shape {shape}."
                 )
-            if given.dtype.kind == "c":
+            if array.dtype.kind == "c":
                 raise BadInput(f"{self.what} gives {name} in complex numbers; give real ones.")
-            if given.dtype.kind not in "fiu" + ("O" if self.kind.kind == "O" else ""):
-                raise BadInput(f"{self.what} gives {name} of the type {given.dtype}; give numbers.")
-            if self.kind.kind == "O" and given.dtype.kind != "O":
+            if array.dtype.kind not in "fiu" + ("O" if self.kind.kind == "O" else ""):
+                raise BadInput(f"{self.what} gives {name} of the type {array.dtype}; give numbers.")
+            if self.kind.kind == "O" and array.dtype.kind != "O":
                 raise BadInput(
-                    f'{self.what} says numbers="any", but gives {name} as {given.dtype} where it '
+                    f'{self.what} says numbers="any", but gives {name} as {array.dtype} where it '
                     "was given mpmath numbers: keep what is given, or leave numbers= out."
                 )
-            found.append(given.astype(self.kind))
-        return found[0], found[1]
+            arrays.append(array.astype(self.kind))
+        return arrays[0], arrays[1]
 
     def _check_finite(self, k: int, q: Vector, p: Vector) -> None:
         if self.kind.kind == "O":
@@ -269,8 +269,8 @@ def _displaced(row: Vector, start: Vector) -> bool:
     return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
 
 
-def _kind(given: object) -> str:
-    if given is None:
+def _kind(value: object) -> str:
+    if value is None:
         return "nothing (does it return what it computes?)"
-    word = type(given).__name__
+    word = type(value).__name__
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"

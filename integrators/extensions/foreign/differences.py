@@ -132,12 +132,12 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
             reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
             slope = np.nanmax(np.abs(np.diff(line, axis=0)), axis=0) / width
         rounding = ARGUMENT * unit * (np.nan_to_num(slope, posinf=0.0) + reach)
-        found = 1.5 * usual * DEVIATION
-        if (noisy := found > smooth * reach).any():  # noise stays on a finer line; near a pole a
+        noise = 1.5 * usual * DEVIATION
+        if (noisy := noise > smooth * reach).any():  # noise stays on a finer line; near a pole a
             # smooth map has differences as large, which fall with the sixth power of the spacing
             half = [z + (i - LINE // 2) / 2 * width * way for i in range(LINE)]
             noisy &= _sixth(images(f, half)).max(axis=0) > usual / 3
-        level = np.where(noisy, np.maximum(level, found), level)
+        level = np.where(noisy, np.maximum(level, noise), level)
         beyond = most > np.maximum(
             np.maximum(smooth * reach, rounding),
             2 * FARTHEST * np.maximum(usual, level / DEVIATION),
@@ -161,15 +161,15 @@ def jump_on(f: Callable[[float], Vector], a: float, b: float, count: int, size: 
     rows = _sixth(np.array([f(a + k * gap) for k in range(count)]))
     most, first = rows.max(axis=0), rows.argmax(axis=0)
     rough = (6 * gap / (b - a)) ** ORDER * np.abs(size) + 2 * FARTHEST * np.median(rows, axis=0)
-    found = np.zeros_like(most)
+    jumps = np.zeros_like(most)
     for j in np.flatnonzero(most > rough):
         stays = True
         for finer in FINER:
             fine = [f(a + (first[j] + i / finer) * gap) for i in range(ORDER * finer + 1)]
             seen = _sixth(np.array(fine)).max(axis=0)[j]
             stays = stays and bool(most[j] / 3 < seen < 3 * most[j])  # at a pole it grows
-        found[j] = most[j] / comb(ORDER, ORDER // 2) if stays else 0.0
-    return found
+        jumps[j] = most[j] / comb(ORDER, ORDER // 2) if stays else 0.0
+    return jumps
 
 
 def _sixth(line: Matrix) -> Matrix:
@@ -206,20 +206,20 @@ def _along(f: Map, way: Vector, d: float, rough: Vector, most: float) -> tuple[V
             seen[part] = f(part * way) - f(-part * way)
         return seen[part]
 
-    found = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d) for w in WIDTHS])
-    gaps = np.abs(np.diff(found, axis=0))
+    slopes = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d) for w in WIDTHS])
+    gaps = np.abs(np.diff(slopes, axis=0))
     off = np.maximum(gaps[:-1], gaps[1:])
     off = off + rough / (np.array(WIDTHS[1:-1])[:, None] * d)
-    off += EPS * np.abs(found[1:-1])
+    off += EPS * np.abs(slopes[1:-1])
     off[~np.isfinite(off)] = np.inf
     best = off.argmin(axis=0)
-    value = np.take_along_axis(found[1:-1], best[None], 0)[0]
+    value = np.take_along_axis(slopes[1:-1], best[None], 0)[0]
     error = np.take_along_axis(off, best[None], 0)[0]
     # An argument that moves little may be smooth over a far larger width: otherwise the round-off
     # of a light body's large coordinates would drown the small ones of a heavy body. A wider width
     # counts only if each one before it did, and within the error known so far: far away a function
     # may be flat, and widths that agree there tell nothing about its slope here.
-    better, (before, here), width = best == 0, (found[1], found[0]), WIDTHS[0]
+    better, (before, here), width = best == 0, (slopes[1], slopes[0]), WIDTHS[0]
     while better.any() and 8 * width * d <= most:
         wider = sum(c * pair(2 * i * width) for i, c in WEIGHTS.items()) / (2 * width * d)
         off = np.maximum(np.abs(here - before), np.abs(wider - here))

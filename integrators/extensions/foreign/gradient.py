@@ -86,8 +86,8 @@ class _Way:
         return np.asarray(_asked(self.scene.numeric_hamiltonian, z, self.n), float).reshape(1)
 
     def slopes(self, z: Vector) -> Vector:
-        given = _asked(self.scene.gradient, z, self.n)
-        return np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in given])
+        parts = _asked(self.scene.gradient, z, self.n)
+        return np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in parts])
 
     def listen(self, points: Any, scale: Vector) -> None:
         """Measure the noise of both functions at places of the motion."""
@@ -134,7 +134,7 @@ def _motion(scene: Scene, z: Vector) -> Any:
     def rates(z: Vector) -> Vector:
         return np.concatenate(system.f(z[: system.n], z[system.n :]))
 
-    h, found = float(scene.duration) / PIECES, [z]
+    h, states = float(scene.duration) / PIECES, [z]
     h = min(h, 4 * float(scene.step))  # of a long motion the first part
     with np.errstate(all="ignore"):
         for _ in range(PIECES):
@@ -144,8 +144,8 @@ def _motion(scene: Scene, z: Vector) -> Any:
             z = z + h / 6 * (a + 2 * b + 2 * c + rates(z + h * c))
             if not np.isfinite(z).all():
                 break
-            found.append(z)
-    return np.array(found)
+            states.append(z)
+    return np.array(states)
 
 
 def _check_shapes(scene: Scene, z: Vector, n: int) -> None:
@@ -173,10 +173,10 @@ def _asked(function: Any, z: Vector, n: int) -> Any:
         ) from error
 
 
-def _shape(given: ArrayLike) -> str:
-    if isinstance(given, tuple | list):
-        return f"{len(given)} parts of {', '.join(str(np.size(e)) for e in given)} numbers"
-    return f"an array of {np.size(given)} numbers"
+def _shape(value: ArrayLike) -> str:
+    if isinstance(value, tuple | list):
+        return f"{len(value)} parts of {', '.join(str(np.size(e)) for e in value)} numbers"
+    return f"an array of {np.size(value)} numbers"
 
 
 def _told(z: Vector) -> str:

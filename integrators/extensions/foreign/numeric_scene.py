@@ -33,8 +33,8 @@ class NumericScene(SceneInNumbers):
                 self._slopes(*one) for one in zip(np.transpose(q), np.transpose(p), strict=True)
             ]
             return np.array([e[0] for e in both]).T, np.array([e[1] for e in both]).T
-        given = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
-        return np.asarray(given[0], float).reshape(self.n), np.asarray(given[1], float).reshape(
+        slopes = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        return np.asarray(slopes[0], float).reshape(self.n), np.asarray(slopes[1], float).reshape(
             self.m
         )
 

@@ -94,11 +94,11 @@ class Process:
                             self._ready.unregister(self.into)
                     elif key.fd == self.errors:
                         self._hear()
-                    elif not (found := os.read(self.out, 1 << 20)):
+                    elif not (data := os.read(self.out, 1 << 20)):
                         raise Broken(self._how_it_ended())
                     else:
-                        answer += found
-                        if b"\n" in found:
+                        answer += data
+                        if b"\n" in data:
                             line, self._rest = bytes(answer).split(b"\n", 1)
                             self.answers += 1
                             return line
@@ -129,13 +129,13 @@ class Process:
     def _hear(self) -> bool:
         """Read standard error and keep its end; return False once it has ended."""
         try:
-            found = os.read(self.errors, 1 << 16)
+            data = os.read(self.errors, 1 << 16)
         except BlockingIOError:
             return True
-        self._said = (self._said + found)[-4096:]
-        if not found and self.errors in self._ready.get_map():
+        self._said = (self._said + data)[-4096:]
+        if not data and self.errors in self._ready.get_map():
             self._ready.unregister(self.errors)
-        return bool(found)
+        return bool(data)
 
     def last_lines(self) -> str:
         """Return the last lines of its standard error, joined into one."""

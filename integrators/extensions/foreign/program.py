@@ -80,8 +80,8 @@ class Program:
         self._turn = Lock()  # ensembles run in threads, but there is one pipe
 
     def __reduce__(self) -> Again:  # another process starts its own program
-        given = (self.words, self.folder, self.seconds, self.restarts, self.files, self.second)
-        return Program, given
+        arguments = (self.words, self.folder, self.seconds, self.restarts, self.files, self.second)
+        return Program, arguments
 
     @property
     def digest(self) -> str:
@@ -140,8 +140,8 @@ class Program:
                 raise ProgramFailure(f"{self.label}, asked for {asked}: {said}.")
             try:
                 parts = (("x", x), (self.second, mu))
-                found = [_rows(key, answer, start, rows, self.form) for key, start in parts]
-                return found[0], found[1]
+                tables = [_rows(key, answer, start, rows, self.form) for key, start in parts]
+                return tables[0], tables[1]
             except _Wrong as wrong:
                 raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
 
@@ -195,32 +195,32 @@ def _rows(
     if name not in answer:
         there = ", ".join(map(str, answer)) or "nothing"
         raise _Wrong(f"without {shown(name)}", f"give {form}; there is {there}")
-    given = answer[name]
-    if size == 0 and given in ([], [[]] * rows):
+    table = answer[name]
+    if size == 0 and table in ([], [[]] * rows):
         return np.zeros((rows, 0))
-    if odd := _no_table(given):
+    if odd := _no_table(table):
         raise _Wrong(f"{odd} in {shown(name)}", wanted)
-    if (shape := (len(given), len(given[0]) if given else 0)) != (rows, size):
+    if (shape := (len(table), len(table[0]) if table else 0)) != (rows, size):
         raise _Wrong(f"{shape[0]} rows of {shape[1]} numbers in {shown(name)}", wanted)
     try:
-        found = np.array(given, dtype=float)
+        numbers = np.array(table, dtype=float)
     except OverflowError:  # an integer beyond the largest double
-        found = np.array([[float(str(entry)) for entry in row] for row in given])
-    if len(wrong := np.flatnonzero(~np.isfinite(found).all(axis=1))):
+        numbers = np.array([[float(str(entry)) for entry in row] for row in table])
+    if len(wrong := np.flatnonzero(~np.isfinite(numbers).all(axis=1))):
         raise _Wrong(f"a number that is not finite in row {wrong[0]} of {shown(name)}",
                      "take a smaller step, or answer with an error that says why")  # fmt: skip
-    return found
+    return numbers
 
 
-def _no_table(given: Json) -> str:
+def _no_table(table: Json) -> str:
     """Return what is wrong with a table of equally long rows of numbers, or ""."""
-    if not isinstance(given, list):
-        return f"{_brief(given)}, which is no list,"
-    for number, row in enumerate(given):
+    if not isinstance(table, list):
+        return f"{_brief(table)}, which is no list,"
+    for number, row in enumerate(table):
         if not isinstance(row, list):
             return f"{_brief(row)} as row {number}, which is no list,"
-        if len(row) != len(given[0]):
-            return f"rows of {len(given[0])} and of {len(row)} numbers"
+        if len(row) != len(table[0]):
+            return f"rows of {len(table[0])} and of {len(row)} numbers"
         for entry in row:
             if isinstance(entry, bool) or not isinstance(entry, int | float):
                 return f"{_brief(entry)} in row {number}, which is no number,"
@@ -287,11 +287,11 @@ def _files(files: object, folder: Path) -> tuple[str, ...] | None:
         return None
     if isinstance(files, str | os.PathLike) or not isinstance(files, Sequence):
         raise BadInput(f"external(files={shown(files)}): give a list of paths, or () for none.")
-    found = tuple(os.fspath(name) for name in files)
-    for name in found:
+    paths = tuple(os.fspath(name) for name in files)
+    for name in paths:
         if not (folder / name).exists():
             raise BadInput(f"external(files=...): there is no {name} in {folder}.")
-    return found
+    return paths
 
 
 def _below(path: Path) -> list[Path]:

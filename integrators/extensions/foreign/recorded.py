@@ -107,14 +107,14 @@ def recorded(
     Order, momenta and energy are judged; studies that need further steps are left out. Raises
     `BadInput` for files that are not such runs.
     """
-    found = recordings(files, folder_of_caller(), state)
+    runs = recordings(files, folder_of_caller(), state)
     pattern = str(files if isinstance(files, str | Path) else files[0])
     label = given_name(name, "-".join(filter(None, ["recorded", Path(pattern).parent.name])))
     made = black_box(order, runs=True, state=state, name=label,
                      **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
     if not isinstance(scene, str):
         raise BadInput(f"recorded(scene={shown(scene)}): give the name of a scene.")
-    return Recorded(**vars(made), recordings=found, scene=scene, unnamed=not name)
+    return Recorded(**vars(made), recordings=runs, scene=scene, unnamed=not name)
 
 
 class RecordedScheme(BoxScheme):
@@ -166,15 +166,15 @@ class RecordedScheme(BoxScheme):
     @cached_property
     def runs(self) -> tuple[Trajectory, ...]:
         """The runs as trajectories, the largest step first."""
-        found = []
+        runs = []
         for run in self.rule.recordings:
             flow = BoxFlow(self, run.step)
             mus = run.mu
             if self.rule.form.second == "v":
                 flow.system.t = run.t[0]
                 mus = np.array([flow.system.momentum(*row) for row in zip(run.x, mus, strict=True)])
-            found.append(flow._rows(run.x, mus, run.steps, run.every, run.start))
-        return tuple(found)
+            runs.append(flow._rows(run.x, mus, run.steps, run.every, run.start))
+        return tuple(runs)
 
     def flow(
         self, step: Given | None = None, digits: int = 16, on_edge: str = "refuse", *,

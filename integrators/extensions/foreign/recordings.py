@@ -91,7 +91,7 @@ def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Record
     patterns = [pattern] if isinstance(pattern, str | Path) else pattern
     if not isinstance(patterns, list | tuple) or not patterns:
         raise BadInput(f'recorded({shown(pattern)}): give the files, such as "runs/*.csv".')
-    found: list[Path] = []
+    paths: list[Path] = []
     for one in patterns:
         if not isinstance(one, str | Path):
             raise BadInput(
@@ -108,8 +108,8 @@ def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Record
                 f"recorded: there is no file {text} (from {folder}); relative names are taken from "
                 "the folder of the file that says recorded(...)."
             )
-        found += files
-    runs = [read(path, state) for path in dict.fromkeys(found)]
+        paths += files
+    runs = [read(path, state) for path in dict.fromkeys(paths)]
     first = runs[0]
     for run in runs[1:]:
         if (run.x.shape[1], run.mu.shape[1]) != (first.x.shape[1], first.mu.shape[1]):
@@ -178,18 +178,18 @@ def _lacking(path: Path, what: str, columns: Columns, fix: str = "") -> BadInput
 
 def _numbered(path: Path, columns: Columns, letters: tuple[str, ...]) -> list[str]:
     """Return the names of the columns of the letters, ordered by their complete numbers."""
-    held: dict[str, dict[int | None, str]] = {letter: {} for letter in letters}
+    names: dict[str, dict[int | None, str]] = {letter: {} for letter in letters}
     for name in columns:
         letter, number = place(name) or ("", None)
-        if letter in held:
-            held[letter][number] = name
-    kinds = [letter for letter in letters if held[letter]]
+        if letter in names:
+            names[letter][number] = name
+    kinds = [letter for letter in letters if names[letter]]
     if len(kinds) > 1:
-        a, b = (next(iter(held[kind].values())) for kind in kinds[:2])
+        a, b = (next(iter(names[kind].values())) for kind in kinds[:2])
         raise BadInput(f"{path.name} has {a} and {b}, two names of one thing; leave one out.")
     if not kinds:
         return []
-    numbers = held[kinds[0]]
+    numbers = names[kinds[0]]
     if None in numbers:
         if len(numbers) > 1:
             raise BadInput(f"{path.name} has {numbers[None]} without a number beside others.")

@@ -67,23 +67,23 @@ class SceneInNumbers:
     def parameters(self) -> ByName:
         """The scene's parameters by name."""
         values = iter(self._numbers.public(np.array(self._p, dtype=self._numbers.dtype)).tolist())
-        found = ByName()
+        parameters = ByName()
         for name, letters in vars(self._s.parameters).items():
             if not hasattr(letters, "shape"):
-                setattr(found, name, next(values))
+                setattr(parameters, name, next(values))
                 continue
             rows, columns = letters.shape
-            held = [next(values) for _ in range(rows * columns)]
-            array = np.array(held, dtype=float if self._double else object)
-            setattr(found, name, array if columns == 1 else array.reshape(rows, columns))
-        return found
+            entries = [next(values) for _ in range(rows * columns)]
+            array = np.array(entries, dtype=float if self._double else object)
+            setattr(parameters, name, array if columns == 1 else array.reshape(rows, columns))
+        return parameters
 
     # -- public functions ------------------------------------------------------------------------
 
     def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
         """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
-        found = self._value("f", q, p, t)
-        return found[: self.n], found[self.n :]
+        field = self._value("f", q, p, t)
+        return field[: self.n], field[self.n :]
 
     def H(self, q: Vector, p: Vector, t: Number | None = None) -> Number:
         """Return the energy H(q, p), a number."""
@@ -137,26 +137,26 @@ class SceneInNumbers:
             rest = () if second is None else (second.tolist(),)
             return self._given(function(self._base(q, t), *rest, self._p))
         with self._numbers.working():
-            given = [self._base(q, t), *([] if second is None else [self._list(second)])]
+            arguments = [self._base(q, t), *([] if second is None else [self._list(second)])]
             if solved:
-                rows = (np.array([part], dtype=self._numbers.dtype) for part in given)
-                given.insert(1, list(self._solved(*rows)[0]))
-            return self._given(function(*given, self._p))
+                rows = (np.array([part], dtype=self._numbers.dtype) for part in arguments)
+                arguments.insert(1, list(self._solved(*rows)[0]))
+            return self._given(function(*arguments, self._p))
 
     def _at_once(self, what: str, q: Vector, second: Vector | None, t: Number | None) -> Vector:
         """Return the quantity for k states at once, along its last dimension."""
         count = np.shape(q if second is None else second)[-1]
-        given = [list(np.asarray(e, dtype=float)) for e in (q, second) if e is not None]
+        arguments = [list(np.asarray(e, dtype=float)) for e in (q, second) if e is not None]
         if self._clocked:
             time = np.asarray(self.t if t is None else t, dtype=float)
-            given[0].append(np.broadcast_to(time, (count,)))
+            arguments[0].append(np.broadcast_to(time, (count,)))
         if what in OF_VELOCITY and not self._closed:
-            rows = (np.array(part).T.reshape(count, -1) for part in given)
-            given.insert(1, list(self._solved(*rows).T))
+            rows = (np.array(part).T.reshape(count, -1) for part in arguments)
+            arguments.insert(1, list(self._solved(*rows).T))
         function = _function(self._s, what, self._numbers, True)
-        found = np.asarray(function(*given, self._p))
-        shape = (*found.shape[: RANKS.get(what, 1)], count)
-        return self._given(np.broadcast_to(found.T, shape[::-1]).T)
+        values = np.asarray(function(*arguments, self._p))
+        shape = (*values.shape[: RANKS.get(what, 1)], count)
+        return self._given(np.broadcast_to(values.T, shape[::-1]).T)
 
     def _solved(self, x: Matrix, mu: Matrix) -> Matrix:
         """Return ξ(x, μ) of rows of this arithmetic's numbers."""
@@ -174,18 +174,18 @@ class SceneInNumbers:
             return x
         return [*x, *self._list([self.t if t is None else t])]
 
-    def _list(self, given: Numbers) -> list[Number]:
+    def _list(self, values: Numbers) -> list[Number]:
         if self._double:
-            return np.asarray(given, dtype=float).tolist()
-        return [self._numbers.number(e) for e in np.ravel(given)]
+            return np.asarray(values, dtype=float).tolist()
+        return [self._numbers.number(e) for e in np.ravel(values)]
 
-    def _given(self, found: Any) -> Any:
+    def _given(self, result: Any) -> Any:
         """Return a result in the box's kind of number."""
         if self._kind is not None:
-            return np.asarray(found, dtype=self._kind)[()]
+            return np.asarray(result, dtype=self._kind)[()]
         if self._double:
-            return found
-        shown = self._numbers.public(np.asarray(found, dtype=object))
+            return result
+        shown = self._numbers.public(np.asarray(result, dtype=object))
         return shown if shown.shape else shown[()]
 
 

@@ -56,8 +56,8 @@ def check_arguments(what: str, function: Function, wanted: str, bound: int = 0) 
 def _only_named(function: Function) -> str:
     """Return the arguments that must be given by name, or ""."""
     signature = signature_of(function)
-    given = signature.parameters.values() if signature else ()
-    return ", ".join(p.name for p in given if p.kind is p.KEYWORD_ONLY and p.default is p.empty)
+    arguments = signature.parameters.values() if signature else ()
+    return ", ".join(p.name for p in arguments if p.kind is p.KEYWORD_ONLY and p.default is p.empty)
 
 
 def _counts(function: Function) -> tuple[int, float]:
@@ -65,7 +65,7 @@ def _counts(function: Function) -> tuple[int, float]:
     signature = signature_of(function)
     if signature is None:
         return 0, float("inf")
-    given = signature.parameters.values()
-    plain = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    entries = signature.parameters.values()
+    plain = [p for p in entries if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     least = sum(p.default is p.empty for p in plain)
-    return least, float("inf") if any(p.kind is p.VAR_POSITIONAL for p in given) else len(plain)
+    return least, float("inf") if any(p.kind is p.VAR_POSITIONAL for p in entries) else len(plain)

@@ -145,10 +145,10 @@ class _OfAttitude:
     def __getattr__(self, name: str) -> Any:
         if name in ("_state", "_system"):  # of a copy, before it has them
             raise AttributeError(name)
-        given = getattr(self._system, name)
+        value = getattr(self._system, name)
         if name not in OF_Q:
-            return given
-        return lambda q, *rest: given(self._state.read(np.asarray(q)), *rest)
+            return value
+        return lambda q, *rest: value(self._state.read(np.asarray(q)), *rest)
 
 
 def _matrix(q: Vector) -> Vector:

@@ -221,8 +221,8 @@ def _digits(text: str) -> tuple[int, int]:
 def _fields(line: str) -> list[str]:
     for mark in (",", ";", "\t"):
         if mark in line:
-            found = next(csv.reader([line], delimiter=mark)) if '"' in line else line.split(mark)
-            return [field.strip() for field in found]
+            fields = next(csv.reader([line], delimiter=mark)) if '"' in line else line.split(mark)
+            return [field.strip() for field in fields]
     return line.split()
 
 
@@ -236,7 +236,7 @@ def _is_number(text: str) -> bool:
 
 def _of_npz(path: Path) -> Columns:
     """Return an archive's columns: arrays (rows,), and those of tables (rows, n) by numbers."""
-    found: Columns = {}
+    columns: Columns = {}
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             wanted = [name for name in archive.files if place(name) is not None]
@@ -250,15 +250,15 @@ def _of_npz(path: Path) -> Columns:
     for name in names:
         array = arrays.get(name)
         if array is None:
-            found[name] = UNUSED
+            columns[name] = UNUSED
         elif array.dtype.kind not in "fiu" or array.ndim > 2:
             raise BadInput(f"{path.name}: {name} is no table of real numbers.")
         elif array.ndim == 2:
             for k, column in enumerate(array.T, 1):
-                found[f"{name}{k}"] = _plain(column)
+                columns[f"{name}{k}"] = _plain(column)
         else:
-            found[name] = _plain(array)
-    return found
+            columns[name] = _plain(array)
+    return columns
 
 
 def _of_parquet(path: Path) -> Columns:
@@ -279,13 +279,13 @@ def _of_parquet(path: Path) -> Columns:
         raise
     except Exception as error:  # pyarrow raises its own errors
         raise BadInput(f"{path.name} is no parquet file ({error}).") from None
-    found: Columns = dict.fromkeys(names, UNUSED)
+    columns: Columns = dict.fromkeys(names, UNUSED)
     for name in wanted:
         try:
-            found[name] = _plain(table.column(name).to_numpy())
+            columns[name] = _plain(table.column(name).to_numpy())
         except (KeyError, TypeError, ValueError):
             raise BadInput(f"{path.name}: column {name} is no column of numbers.") from None
-    return found
+    return columns
 
 
 def _plain(numbers: ArrayLike) -> Column:

@@ -48,8 +48,8 @@ def scene_of(
     terms = _Terms(lattice)
 
     def at(x: Column, i: int) -> Column:
-        held = sympy.Matrix([sympy.Rational(float(e)) for e in lattice.start[0][i]])
-        return lattice.shaped(x[n * places[i] : n * (places[i] + 1), :] if i in places else held)
+        place = sympy.Matrix([sympy.Rational(float(e)) for e in lattice.start[0][i]])
+        return lattice.shaped(x[n * places[i] : n * (places[i] + 1), :] if i in places else place)
 
     def moving(v: Column, i: int) -> Column:
         return v[m * places[i] : m * (places[i] + 1), :] if i in places else sympy.zeros(m, 1)
@@ -62,10 +62,10 @@ def scene_of(
         return terms.value(word, p, "bond", b, *(at(x, i) for i in ends), *speeds, t=t)
 
     def lagrangian(x: Column, v: Column, p: Parameters, *t: Expression) -> Expression:
-        given = v if lattice.bonds_move else None
+        velocity = v if lattice.bonds_move else None
         of_sites = (terms.value("on_site", p, "site", i, at(x, i), moving(v, i), t=t)
                     for i in places)  # fmt: skip
-        of_bonds = (of_bond("on_bond", b, x, given, p, *t) for b in taken)
+        of_bonds = (of_bond("on_bond", b, x, velocity, p, *t) for b in taken)
         return sum((*of_sites, *of_bonds), sympy.Integer(0))
 
     def force(x: Column, v: Column, p: Parameters, *t: Expression) -> list[Expression]:
@@ -111,10 +111,10 @@ class _Terms:
         self.lattice = lattice
 
     def value(
-        self, word: str, p: Parameters, kind: str, at: int, *given: Column, t: Expressions = ()
+        self, word: str, p: Parameters, kind: str, at: int, *columns: Column, t: Expressions = ()
     ) -> Any:
         time = t if self.lattice.takes_time(word) else ()
-        return getattr(self.lattice, word)(*given, self._values(p, kind, at), *time)
+        return getattr(self.lattice, word)(*columns, self._values(p, kind, at), *time)
 
     def _values(self, p: Parameters, kind: str, at: int) -> Parameters:
         """Return the parameters of a site, or of a bond, which sees those of both its ends."""

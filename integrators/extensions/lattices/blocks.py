@@ -19,12 +19,12 @@ def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
 
 
 def of_all(
-    function: Function, count: int, *given: Number | list[Vector], dtype: DTypeLike = np.float64
+    function: Function, count: int, *arguments: Number | list[Vector], dtype: DTypeLike = np.float64
 ) -> list[np.ndarray]:
     """Return matrices (rows, columns, count) by a function of columns; constants are repeated."""
     with within_doubles("a term of the lattice"):
-        found = function(*given)
-        parts = found if isinstance(found, tuple) else [found]
+        answer = function(*arguments)
+        parts = answer if isinstance(answer, tuple) else [answer]
         parts = [np.asarray(e, dtype=dtype) for e in parts]  # integers beyond 2⁶³ are Python's
     return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in parts]
 
@@ -35,8 +35,8 @@ def places(ends: np.ndarray, size: int, order: Iterable[int] | None = None) -> n
     size: entries of each site; order: the order of the entries, if it is not that of the ends.
     """
     of = np.arange(size * ends.shape[1]) if order is None else np.array([*order])
-    found: np.ndarray = size * ends[:, of // size] + of % size
-    return found
+    indices: np.ndarray = size * ends[:, of // size] + of % size
+    return indices
 
 
 def placed(blocks: np.ndarray, rows: Matrix, columns: Matrix, shape: tuple[int, int]) -> MatrixLike:

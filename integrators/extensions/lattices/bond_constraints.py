@@ -120,8 +120,8 @@ class BondConstraints:
             for j, column in enumerate(at):
                 by_both[row * size + column] = keep * slope[i][j]
         w = (*step.u[:m], *vector("nu", k), *step.u[m:], *self.of_step.multipliers)
-        held = [keep * e for keep, e in zip(kept, gain)]  # noqa: B905
-        return replace(step, w=w, rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=held)
+        gains = [keep * e for keep, e in zip(kept, gain)]  # noqa: B905
+        return replace(step, w=w, rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=gains)
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:
@@ -176,8 +176,8 @@ def _of_start(s: SceneSymbols) -> tuple[int, Function]:
     terms = rows.applyfunc(
         lambda e: sympy.Add(*[sympy.Abs(t, evaluate=False) for t in sympy.Add.make_args(e)])
     )
-    given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
-    return matrix.rows, numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
+    arguments = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
+    return matrix.rows, numeric(arguments, [rows, slope, terms, matrix], Double(), columns=True)
 
 
 def _dependent(A: np.ndarray, pairs: np.ndarray, N: int) -> int | None:

@@ -85,7 +85,7 @@ class ContactLatticeFlow(LatticeFlow):
     def stepper(self, x: Matrix, mu: Matrix, t0: Number) -> _Run:
         return _Run(self, x, mu, t0)
 
-    def _refused(self, *given: Any, **named: Any) -> Any:
+    def _refused(self, *arguments: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
         raise CannotMeasure(f"{self.lattice.name} has contact: forms are not defined where a step "
                             "holds impulses, and rows come by trajectory alone.")  # fmt: skip
@@ -112,8 +112,8 @@ class _Run(ContactRun):
     def key(self) -> str:
         """The key of the lattice's equations, of the gaps and of the start."""
         scheme, lattice = self.flow.scheme, self.flow.lattice
-        gaps = [gap_expressions(s, given) for (s, *_), given in
-                zip(scheme.terms, scheme.equations.contacts, strict=True) if given]  # fmt: skip
+        gaps = [gap_expressions(s, contact) for (s, *_), contact in
+                zip(scheme.terms, scheme.equations.contacts, strict=True) if contact]  # fmt: skip
         values = gaps, lattice.restitution, lattice.split_parameters["shared"]
         words = self.run.digest.hexdigest(), lattice.shape, *map(str, values)
         return text_key(scheme.system, *words)

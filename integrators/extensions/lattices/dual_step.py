@@ -62,8 +62,8 @@ class DualStep:
         w, h = run.stepped(), float(flow.step)
         self.after, (N, S) = (run.x, run.mu), w.shape
         self._parts, self._of_bonds, self._order = derivatives_of_step(flow, x, w, h, t)
-        held = sparse.diags(np.repeat(~self.free, S).astype(float))
-        self._factors = linalg.splu((self._parts["Ew"] + held).tocsc())
+        pins = sparse.diags(np.repeat(~self.free, S).astype(float))
+        self._factors = linalg.splu((self._parts["Ew"] + pins).tocsc())
         self._h, self._shape = h, (N, x.shape[1], self.before[1].shape[1], S)
 
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -204,8 +204,8 @@ def derivatives_of_step(
     parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
              for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
     for (_, p, ends), (equations, unknowns, own) in zip(scheme.terms_at(t), at, strict=True):
-        found = of_bonds = _derivatives(equations, at_ends(ends, x)[0], unknowns, p, h)
-        for name, blocks in found.items():
+        matrices = of_bonds = _derivatives(equations, at_ends(ends, x)[0], unknowns, p, h)
+        for name, blocks in matrices.items():
             if name[0] == "d" and own is order:
                 continue  # the terms of the sites already move x of both ends
             i, j = (places(ends, sizes[k], own if k in "Ew" else None) for k in name)

@@ -112,8 +112,8 @@ class Lattice:
     def __post_init__(self) -> None:
         check_name("lattice", self.name, OF_FILE)
         if not isinstance(self.site, Groupoid):
-            given = brief_name(self.site)
-            raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"
+            label = brief_name(self.site)
+            raise BadInput(f"{self.name}: site is {label}; give a groupoid, as pair(1) or lie_group"
                            "(so(3)).")  # fmt: skip
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
             raise BadInput(
@@ -161,13 +161,13 @@ class Lattice:
         return _room.LatticeScheme(self, rule)
 
     def _check_contact(self) -> None:
-        given = self.restitution
-        e = exact_rational(given, f"{self.name}: restitution")
+        value = self.restitution
+        e = exact_rational(value, f"{self.name}: restitution")
         object.__setattr__(self, "restitution", e)
         if not 0 <= e <= 1:
             raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
         if not self.has_contact and e:
-            raise BadInput(f"{self.name}: restitution={shown(given)} needs contact=, the gaps.")
+            raise BadInput(f"{self.name}: restitution={shown(value)} needs contact=, the gaps.")
         if self.has_contact and (self.constraint is not None or self.bonds_move):
             raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
                            "bond with velocities; leave one out.")  # fmt: skip
@@ -304,7 +304,7 @@ class Lattice:
     def split_parameters(self) -> dict[str, Values]:
         """{"shared": exact values, "site": arrays (N, ...), "bond": arrays (B, ...)} by name."""
         check_parameters(self.parameters, self.name)
-        found: dict[str, Values] = {"shared": {}, "site": {}, "bond": {}}
+        tables: dict[str, Values] = {"shared": {}, "site": {}, "bond": {}}
         lengths = {"site": int(self.sites), "bond": len(self.pairs)}
         for key, value in self.parameters.items():
             if iskeyword(key):
@@ -313,7 +313,7 @@ class Lattice:
             what = f"{self.name}: parameter {key}"
             if not isinstance(value, np.ndarray) or value.ndim == 0:
                 plain = value.item() if isinstance(value, np.ndarray) else value
-                found["shared"][key] = exact_nested(plain, what)
+                tables["shared"][key] = exact_nested(plain, what)
                 continue
             where = [w for w, length in lengths.items() if len(value) == length]
             if not where:
@@ -325,8 +325,8 @@ class Lattice:
             if array.ndim > 2:
                 raise BadInput(f"{what} has {array.ndim} axes; give one or two.")
             for w in where:
-                found[w][key] = array
-        return found
+                tables[w][key] = array
+        return tables
 
     @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
@@ -338,16 +338,16 @@ class Lattice:
                            f"{wanted}.")  # fmt: skip
         return self.positions(self.x0), v0
 
-    def positions(self, given: Rows | None) -> np.ndarray:
-        """Return x of all sites, (N, n); on a group `given` may be matrices (N, k, k), or None for
+    def positions(self, rows: Rows | None) -> np.ndarray:
+        """Return x of all sites, (N, n); on a group `rows` may be matrices (N, k, k), or None for
         e.
 
         Raises `BadInput` for another shape, and on a group for a matrix that is not an element.
         """
         N, n, k = self.sites, self.groupoid.dim_x, self.matrix_size
-        if given is None and k:
+        if rows is None and k:
             return np.broadcast_to(np.eye(k), (N, k, k)).reshape(N, n)
-        x = floats(given, f"{self.name}: x0")
+        x = floats(rows, f"{self.name}: x0")
         if x.shape != (N, n) and not (k and x.shape == (N, k, k)):
             raise BadInput(f"{self.name}: x0 has the shape {x.shape}; give one row per site, "
                            f"({N}, {n}).")  # fmt: skip
@@ -372,11 +372,11 @@ def floats(value: Rows | None, what: str) -> np.ndarray:
     if value is None:
         raise BadInput(f"{what} is left out; give an array.")
     try:
-        given = np.array(value)
-        array = given.real.astype(np.float64)
+        numbers = np.array(value)
+        array = numbers.real.astype(np.float64)
     except (TypeError, ValueError, OverflowError):
         raise BadInput(f"{what} is no array of numbers.") from None
-    if given.dtype.kind == "c":
+    if numbers.dtype.kind == "c":
         raise BadInput(f"{what} holds complex numbers; give real ones.")
     if not np.isfinite(array).all():
         raise BadInput(f"{what} holds a number that is not finite.")

@@ -134,9 +134,9 @@ def take_time(a, j):
     A row of `given` holds the time of the substep in step 0, the step, and q, where the time is the
     second entry. The time is a multiple of the step, so that its round-off does not add up.
     """
-    given = row(a.given, j, GIVEN)
-    time = given[0] + a.totals[STEPS] * given[1]
-    q = given[2:3] + (time,) + given[4:]
+    data = row(a.given, j, GIVEN)
+    time = data[0] + a.totals[STEPS] * data[1]
+    q = data[2:3] + (time,) + data[4:]
     if not MIXED or a.kinds[j] == 0:
         save(a.coefficients[j], 0, RULE.prepare(q))
     else:
@@ -150,17 +150,17 @@ def drift(system, a, c):
     """Do the step of every free site without its kicks; return the status."""
     status, most, sum_ = OK, 0, 0
     for i in free_sites(a):
-        found, count, status = alone(system, a, c, i)
+        unknowns, count, status = alone(system, a, c, i)
         if not system.affine:
             if status != OK:
                 a.totals[PLACE] = i
                 break
             put(a.w1, i, row(a.w, i, S))
-            put(a.w, i, found)
+            put(a.w, i, unknowns)
             sum_ = sum_ + count
             if count > most:
                 most = count
-        move(system, a, c, i, found, ())
+        move(system, a, c, i, unknowns, ())
     if not system.affine:
         a.totals[CORRECTIONS] += sum_
         if most > a.totals[MOST]:
@@ -170,21 +170,21 @@ def drift(system, a, c):
 
 def move(system, a, c, i, w, gain):
     """Update x and μ of a site at the end of a substep; gain: what its bonds add to μ, or ()."""
-    here, given = row(a.x, i, n), row(a.nu, i, m)
+    here, momentum = row(a.x, i, n), row(a.nu, i, m)
     zero_x, zero = (0.0,) * n, (0.0,) * m
-    dx, own, none = system.update(here, w, given, (), zero_x, zero, c, row(a.p, i, SITES))
+    dx, own, none = system.update(here, w, momentum, (), zero_x, zero, c, row(a.p, i, SITES))
     put(a.x, i, grown(here, dx))
-    put(a.nu, i, grown(given, grown(own, gain) if gain else own))
+    put(a.nu, i, grown(momentum, grown(own, gain) if gain else own))
 
 
 def alone(system, a, c, i):
     """Return (w, corrections, status) of one site by itself, from a start nearby."""
-    here, given, start, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
+    here, momentum, start, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
     if system.affine:
-        return system.solver(here, given, (), c, own), 0, OK
+        return system.solver(here, momentum, (), c, own), 0, OK
     site = Record(
         correct=correct_site, again=start_again, still=moves_always, system=system, x=here,
-        mu=given, k=(), c=c, own=(own,), last=row(a.w1, i, S),
+        mu=momentum, k=(), c=c, own=(own,), last=row(a.w1, i, S),
     )  # fmt: skip
     w, size, kappa, count, change, status, trusted = newton(site, start, 0.0, norm(start), 0)
     return w, count, status
@@ -194,11 +194,11 @@ def velocities(system, a, c):
     """Solve for the w of the coming step and write it into w1."""
     status = OK
     for i in free_sites(a):
-        found, count, status = alone(system, a, c, i)
+        unknowns, count, status = alone(system, a, c, i)
         if not system.affine and status != OK:
             a.totals[PLACE] = i
             break
-        put(a.w1, i, found)
+        put(a.w1, i, unknowns)
     return status
 
 

@@ -172,8 +172,8 @@ class LatticeEquations:
         values, beside = {**values, word: (0,) * self.groupoid.dim_u}, site.force
 
         def force(x: Column, v: Column, p: Parameters) -> list[Expression]:
-            given = beside(x, v, p) if beside else (0,) * len(v)
-            return [a + b for a, b in zip(entries_of(given), getattr(p, word), strict=True)]
+            push = beside(x, v, p) if beside else (0,) * len(v)
+            return [a + b for a, b in zip(entries_of(push), getattr(p, word), strict=True)]
 
         s = SceneSymbols(replace(site, parameters=values, force=force), rule.stages)
         if no_stages(DiscreteEquations(s, rule), rule.nodes, alone=False):
@@ -269,8 +269,8 @@ class LatticeEquations:
 
 def _check_lagrangian(s: SceneSymbols, word: str, function: Function | None, letters: str) -> None:
     """Raise `BadInput` unless a term is finite and real, and holds known letters alone."""
-    found = s.scalars([s.lagrangian], word, function)
-    s.refuse_unknown(found, {*s.x, *s.u}, word, function, letters)
+    scalars = s.scalars([s.lagrangian], word, function)
+    s.refuse_unknown(scalars, {*s.x, *s.u}, word, function, letters)
 
 
 def _at_time(step: Step, s: SceneSymbols) -> Step:

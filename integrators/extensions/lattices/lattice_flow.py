@@ -162,11 +162,11 @@ class LatticeFlow(FlowRuns):
                                 ((scene.x0, x), (scene.v0, v)))  # fmt: skip
         return x, v
 
-    def exact(self, given: Rows) -> np.ndarray:
+    def exact(self, rows: Rows) -> np.ndarray:
         """Return a copy of an array as numbers of the flow."""
         if self.numbers.dtype is not object:
-            return np.array(given, dtype=self.numbers.dtype)
-        array = np.array(given, dtype=object)
+            return np.array(rows, dtype=self.numbers.dtype)
+        array = np.array(rows, dtype=object)
         with self.numbers.working():
             return self.numbers.array(list(map(self.numbers.number, array.ravel())), *array.shape)
 
@@ -206,7 +206,7 @@ class LatticeFlow(FlowRuns):
     def momenta(self, x: np.ndarray, v: np.ndarray, t: Number = 0) -> np.ndarray:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
         x, v = self.exact(x), self.exact(v)
-        moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
+        moving, momenta = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
         with self.numbers.working():
             number = self.numbers.number
             terms = self.scheme.terms_at(number(t), number)
@@ -216,8 +216,8 @@ class LatticeFlow(FlowRuns):
                 values = [self.exact(e)[()] for e in p]
                 (made,) = of_all(_momentum(s, self.numbers), len(ends), *at, values,
                                  dtype=self.numbers.dtype)  # fmt: skip
-                np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
-        return found
+                np.add.at(momenta, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
+        return momenta
 
     @cached_property
     def projection(self) -> LatticeFlow:

@@ -72,8 +72,8 @@ class GapTerm:
         p = [np.tile(e, len(rows)) if np.ndim(e) else e for e in self.p]
         wide = self.ends.shape[1] * rows.shape[2]
         at = rows[:, self.ends].reshape(len(rows) * len(self.ends), wide)
-        found = _each(self.flow, self.values(list(at.T), p), (self.K,), len(at))
-        return found.reshape(len(rows), len(self.ends), self.K)
+        gaps = _each(self.flow, self.values(list(at.T), p), (self.K,), len(at))
+        return gaps.reshape(len(rows), len(self.ends), self.K)
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
         """Return φ, the size that determines its round-off, φ′ and the normal row of each gap.
@@ -121,9 +121,9 @@ class LatticeGaps(Gaps):
         self.quadratic, self.rough, self.friction, self.coordinates = True, False, [], []
         (self.N, self.n), self.m = self.lattice.start[0].shape, len(s.u)
         contacts = flow.scheme.equations.contacts
-        self.terms = [self._term(s, given, word, p, ends) for (s, p, ends), given, word in
+        self.terms = [self._term(s, contact, word, p, ends) for (s, p, ends), contact, word in
                       zip(terms, contacts, ("site", "bond"), strict=True)
-                      if given is not None]  # fmt: skip
+                      if contact is not None]  # fmt: skip
         self.count = sum(len(term.which) * term.K for term in self.terms)
         self._last: tuple[np.ndarray | None, Any] = None, None
 
@@ -145,12 +145,12 @@ class LatticeGaps(Gaps):
     @cached_property
     def owners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The site or −1, the bond or −1, and the number among its gaps, of each gap, (gaps,)."""
-        found = []
+        parts = []
         for term in self.terms:
             own = np.repeat(term.which, term.K)
             sites, bonds = (own if term.word == word else 0 * own - 1 for word in ("site", "bond"))
-            found.append((sites, bonds, np.tile(np.arange(term.K), len(term.which))))
-        sites, bonds, numbers = map(np.concatenate, zip(*found, strict=True))
+            parts.append((sites, bonds, np.tile(np.arange(term.K), len(term.which))))
+        sites, bonds, numbers = map(np.concatenate, zip(*parts, strict=True))
         return sites, bonds, numbers
 
     def where(self, k: int) -> tuple[str, int, int]:
@@ -169,14 +169,14 @@ class LatticeGaps(Gaps):
 
         Other gaps have 0; a kind that the lattice lacks is left out.
         """
-        found, first = {}, 0
+        tables, first = {}, 0
         for term in self.terms:
             last = first + len(term.which) * term.K
             table = self.numbers.zeros(len(values), len(term.ends), term.K)
             shape = len(values), len(term.which), term.K
             table[:, term.which] = values[:, first:last].reshape(shape)
-            found[term.word], first = table, last
-        return found
+            tables[term.word], first = table, last
+        return tables
 
     def listed(self, **tables: np.ndarray) -> np.ndarray:
         """Return values of the gaps that move, (r, gaps), from the tables of `by_terms`."""
@@ -224,10 +224,10 @@ class LatticeGaps(Gaps):
             np.put_along_axis(dense, columns, values, axis=1)
             return dense
         ends = np.arange(0, values.size + 1, values.shape[1])
-        found = sparse.csr_matrix((values.flatten(), columns.ravel(), ends),
-                                  (len(values), self.N * self.m))  # fmt: skip
-        found.eliminate_zeros()
-        return found
+        matrix = sparse.csr_matrix((values.flatten(), columns.ravel(), ends),
+                                   (len(values), self.N * self.m))  # fmt: skip
+        matrix.eliminate_zeros()
+        return matrix
 
     def at_start(self, x: np.ndarray) -> Place:
         """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
@@ -258,8 +258,8 @@ class LatticeGaps(Gaps):
     def velocity(self, x: np.ndarray, mu: np.ndarray, near: np.ndarray | None = None) -> np.ndarray:
         """Return ξ(x, μ); it is 0 at fixed sites."""
         _, back, still = self._of_mass(x)
-        found = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
-        return np.asarray(found * self.lattice.free[:, None]).ravel()
+        velocity = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
+        return np.asarray(velocity * self.lattice.free[:, None]).ravel()
 
     def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) by site; one x is kept."""
@@ -364,8 +364,8 @@ def _labels(matrix: MatrixLike) -> np.ndarray:
     """Return the number of the connected component of each row of a symmetric sparse matrix."""
     if not matrix.shape[0]:
         return np.zeros(0, dtype=int)
-    found: np.ndarray = graphs.connected_components(matrix, directed=False)[1]
-    return found
+    labels: np.ndarray = graphs.connected_components(matrix, directed=False)[1]
+    return labels
 
 
 def _components(matrix: MatrixLike) -> list[np.ndarray]:

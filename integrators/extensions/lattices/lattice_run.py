@@ -227,9 +227,9 @@ class LatticeRun:
         inner.past[0][:] = self.numbers.zeros(*inner.past[0].shape)
         inner.past[0][:, :m] = self.u
         inner.begin()
-        found = inner.past[0]
-        self.mu[:] = self.flow.momenta(self.x, found[:, :m], self.t)
-        self.multipliers[:] = self._of_impulse * (self.past[0] - found)[owners, m:]
+        unknowns = inner.past[0]
+        self.mu[:] = self.flow.momenta(self.x, unknowns[:, :m], self.t)
+        self.multipliers[:] = self._of_impulse * (self.past[0] - unknowns)[owners, m:]
         self.totals[Entry.PLACE] = inner.totals[Entry.PLACE]
         return inner.status
 
@@ -237,8 +237,8 @@ class LatticeRun:
     def projected(self) -> tuple[np.ndarray, np.ndarray]:
         """v (N, m) and the impulses ν (B, k) of the last `show` of a lattice with constraints."""
         assert self._projection is not None
-        found, m = self._projection.past[0], self.u.shape[1]
-        return found[:, :m].copy(), found[self.flow.lattice.pairs[:, 1], m:].copy()
+        unknowns, m = self._projection.past[0], self.u.shape[1]
+        return unknowns[:, :m].copy(), unknowns[self.flow.lattice.pairs[:, 1], m:].copy()
 
     @property
     def columns(self) -> dict[str, np.ndarray]:

@@ -170,8 +170,8 @@ class LatticeScheme:
             bound[pairs[:, 1]] = tied
             sites += [free[:, None], bound[:, None]]
             bonds += [free[pairs], tied[:, None]]
-        rows = [np.concatenate([np.zeros((length, 0)), *given], axis=1)
-                for length, given in ((N, sites), (B, bonds))]  # fmt: skip
+        rows = [np.concatenate([np.zeros((length, 0)), *columns], axis=1)
+                for length, columns in ((N, sites), (B, bonds))]  # fmt: skip
         return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])
 
     @property
@@ -196,7 +196,7 @@ class LatticeScheme:
     def _terms(self) -> list[tuple[SceneSymbols, list[Exact], np.ndarray, bool]]:
         equations, lattice = self.equations, self.lattice
         shared = flatten(tuple(lattice.split_parameters["shared"].values()))
-        found = []
+        terms = []
         for s, own, rows, ends in zip(
             (equations.site.s, equations.bond_symbols),
             equations.own_letters,
@@ -206,9 +206,9 @@ class LatticeScheme:
         ):
             letters = [*(p for p in s.parameter_list if p not in own), *own]
             values = dict(zip(letters, [*shared, *rows.T], strict=True))
-            given = [values[p] for p in s.parameter_list]
-            found.append((s.with_time_as_parameter(), given, ends, s.clocked))
-        return found
+            parameters = [values[p] for p in s.parameter_list]
+            terms.append((s.with_time_as_parameter(), parameters, ends, s.clocked))
+        return terms
 
     def flow(self, step: Given | None = None, digits: int = 16, **others: object) -> LatticeFlow:
         """Return the flow at one step size; digits: see `LatticeFlow`. Other choices raise

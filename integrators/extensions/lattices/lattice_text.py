@@ -91,14 +91,14 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
 def _places(kinds: Sequence[LatticeSystem], S: int) -> list[str]:
     """Return where each block of a bond's slope has entries (`lattice_elimination`)."""
     blocks = {"HERE": (0, 0), "AHEAD": (0, 1), "BEHIND": (1, 0), "THERE": (1, 1)}
-    found = {
+    tables = {
         name: tuple(i * S + j for i in range(S) for j in range(S)
                     if any(k.bond.nodes.slope[a * S + i][b * S + j] for k in kinds if k.bond))
         for name, (a, b) in blocks.items()
     }  # fmt: skip
-    columns = {p % S for p in found["AHEAD"]}  # columns that multiply a site's own equations
-    found["ELIMINATED"] = tuple(p for p in range(S * S) if p % S in columns)
-    return [f"{name} = {places}" for name, places in found.items()]
+    columns = {p % S for p in tables["AHEAD"]}  # columns that multiply a site's own equations
+    tables["ELIMINATED"] = tuple(p for p in range(S * S) if p % S in columns)
+    return [f"{name} = {places}" for name, places in tables.items()]
 
 
 class _Kernels:
@@ -157,7 +157,7 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
     for word in ("minus", "plus", "whole"):
         column = getattr(kick, word)
-        given: Arguments = {"x": kick.x, "c": coefficients, "own": kick.own}
-        text = function_text(f"{word}_{name}", given, [column], coefficients)
+        arguments: Arguments = {"x": kick.x, "c": coefficients, "own": kick.own}
+        text = function_text(f"{word}_{name}", arguments, [column], coefficients)
         texts.append(f"@kernel\n{with_names(text, kick.own)}")
     return "\n\n".join(texts)

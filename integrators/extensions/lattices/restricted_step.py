@@ -69,8 +69,8 @@ class RestrictedStep:
         p, start, end = self._along, self.start, self.end
         dx = start.rho @ b
         missing = dmu - p["Ex"] @ dx + self._turned @ dx
-        found = self._solve(missing, -end.slope @ (dx + p["dx"] @ dx))
-        du, dlambda = found[: b.size], found[b.size :]
+        solution = self._solve(missing, -end.slope @ (dx + p["dx"] @ dx))
+        du, dlambda = solution[: b.size], solution[b.size :]
         after = dx + p["dx"] @ dx + p["dw"] @ du
         pushed = dmu + p["gx"] @ dx + p["gw"] @ du + start.A.T @ dlambda + self._turned @ dx
         pushed = pushed + end.turned(end.impulses) @ after - end.moved @ after
@@ -115,8 +115,8 @@ class Linearised:
         #: rows of bonds between two fixed sites restrict nothing
         self.idle = np.repeat(~free[self.pairs].any(axis=1), k)
         s, p, sites = scheme.terms_at(t)[0]
-        found = of_all(_of_site(s), self.N, *at_ends(sites, x, v), 1.0, p)
-        self.mass, self.moved, self.rho = (of_lattice(e, sites, self.N) for e in found)
+        matrices = of_all(_of_site(s), self.N, *at_ends(sites, x, v), 1.0, p)
+        self.mass, self.moved, self.rho = (of_lattice(e, sites, self.N) for e in matrices)
         self._moving = {k: sparse.diags(np.repeat(free, size).astype(float))
                         for k, size in (("g", self.m), ("x", self.n))}  # fmt: skip
         self.rho = self._moving["x"] @ self.rho @ self._moving["g"]
@@ -127,8 +127,8 @@ class Linearised:
 
     def _of_bonds(self, v: np.ndarray, impulses: np.ndarray) -> list[np.ndarray]:
         s, p, pairs = self.scheme.terms[1]
-        given = *at_ends(pairs, self.x, v), list(impulses.T)
-        return of_all(_of_bond(s), len(pairs), *given, 1.0, p)
+        arguments = *at_ends(pairs, self.x, v), list(impulses.T)
+        return of_all(_of_bond(s), len(pairs), *arguments, 1.0, p)
 
     def _rows(self, blocks: np.ndarray, size: int) -> MatrixLike:
         """Return blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
@@ -139,8 +139,8 @@ class Linearised:
     def turned(self, multipliers: np.ndarray) -> MatrixLike:
         """Return ∂(Aᵀλ)/∂x, (Nm, Nn), for the multipliers of the bonds (B, k)."""
         blocks = self._of_bonds(np.zeros((self.N, self.m)), multipliers)[3]
-        found = of_lattice(blocks, self.pairs, self.N)
-        return self._moving["g"] @ found @ self._moving["x"]
+        matrix = of_lattice(blocks, self.pairs, self.N)
+        return self._moving["g"] @ matrix @ self._moving["x"]
 
     def with_rows(
         self, own: MatrixLike, left: MatrixLike, rows: MatrixLike
@@ -162,16 +162,16 @@ class Linearised:
         """Return δμ (N, m) of a state that moves by dx, is pushed, and keeps d(Aξ) = 0."""
         solve = self.with_rows(self.mass, -self.A.T, self.A)
         dv = solve(force.ravel(), -self.turning @ dx)[: self.N * self.m]
-        found = self._moving["g"] @ (self.moved @ dx) + self.mass @ dv
-        return np.asarray(found).reshape(self.N, self.m)
+        change = self._moving["g"] @ (self.moved @ dx) + self.mass @ dv
+        return np.asarray(change).reshape(self.N, self.m)
 
 
 @lru_cache(maxsize=32)
 def _of_site(s: SceneSymbols) -> Function:
     """Return a compiled function of (x, ξ): ∂p/∂ξ, ∂p/∂x and ρ̂."""
     parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
-    given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
-    return numeric(given, parts, NUMBERS, columns=True)
+    arguments = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
+    return numeric(arguments, parts, NUMBERS, columns=True)
 
 
 @lru_cache(maxsize=32)
@@ -181,8 +181,8 @@ def _of_bond(s: SceneSymbols) -> Function:
     multipliers = vector("la", A.rows)
     parts = [A, jacobian(constraint(s, s.x), s.x), jacobian(A * s.u, s.x),
              jacobian(A.T * multipliers, s.x)]  # fmt: skip
-    given = {"x": s.x, "u": s.u, "la": multipliers, "h": s.h, "p": s.parameter_list}
-    return numeric(given, parts, NUMBERS, columns=True)
+    arguments = {"x": s.x, "u": s.u, "la": multipliers, "h": s.h, "p": s.parameter_list}
+    return numeric(arguments, parts, NUMBERS, columns=True)
 
 
 @lru_cache(maxsize=32)

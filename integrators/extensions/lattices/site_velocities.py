@@ -42,8 +42,8 @@ def velocities(
         p = [e if len(np.atleast_1d(e)) == r * N else np.tile(e, r) if np.ndim(e) else e
              for e in values]  # fmt: skip
         places, momenta, start = (a.reshape(r * N, -1) for a in (x, mu, near))
-        found = legendre_inverse(s, NUMBERS)(places, momenta, p, start)
-        return found.reshape(r, N, m) * flow.lattice.free[:, None]
+        xi = legendre_inverse(s, NUMBERS)(places, momenta, p, start)
+        return xi.reshape(r, N, m) * flow.lattice.free[:, None]
     return np.stack([_together(flow, *row) for row in zip(x, mu, near, times, strict=True)])
 
 

@@ -60,17 +60,17 @@ class SparseMatrix:
         order = self._order
 
         def solve(right: np.ndarray) -> np.ndarray:
-            found = np.empty_like(right)
-            found[order] = factors.solve(right[order])
-            return found
+            solution = np.empty_like(right)
+            solution[order] = factors.solve(right[order])
+            return solution
 
         return solve
 
     def _matrix(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> MatrixLike:
-        held = np.flatnonzero(self.held)
-        held = held if self._order is None else np.argsort(self._order)[held]
-        values = np.r_[blocks, np.ones(len(held))]
-        places = np.r_[rows, held], np.r_[columns, held]
+        diagonal = np.flatnonzero(self.held)
+        diagonal = diagonal if self._order is None else np.argsort(self._order)[diagonal]
+        values = np.r_[blocks, np.ones(len(diagonal))]
+        places = np.r_[rows, diagonal], np.r_[columns, diagonal]
         return sparse.csc_matrix((values, places), shape=(self.size, self.size))
 
 

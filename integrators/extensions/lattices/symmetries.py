@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 Rows = list[list[Scalar]]
 
 
-def rows_of(given: object) -> Rows:
+def rows_of(answer: object) -> Rows:
     """Return the natural velocities that a symmetry's function gives, one row each."""
-    entries = entries_of(given)
+    entries = entries_of(answer)
     in_rows = (isinstance(e, list | tuple) or getattr(e, "shape", ()) for e in entries)
     return list(map(entries_of, entries)) if entries and all(in_rows) else [entries]
 
@@ -25,10 +25,10 @@ def check_symmetries(s: SceneSymbols, lattice: Lattice) -> None:
     """Raise `BadInput` unless each symmetry gives natural velocities of a site, one or several."""
     for name, xi in lattice.symmetries.items():
         what = f"the symmetry {name}"
-        given = s.evaluated(xi, what, lattice.shaped(s.x), s.parameters)
-        for row in rows_of(given):
-            found = s.scalars(row, what, xi)
-            s.refuse_unknown(found, {*s.x}, what, xi, "x and p")
-            if len(found) != len(s.mu):
-                raise BadInput(f"{lattice.name}: {what} gives {len(found)} entries; give a list of "
+        answer = s.evaluated(xi, what, lattice.shaped(s.x), s.parameters)
+        for row in rows_of(answer):
+            rates = s.scalars(row, what, xi)
+            s.refuse_unknown(rates, {*s.x}, what, xi, "x and p")
+            if len(rates) != len(s.mu):
+                raise BadInput(f"{lattice.name}: {what} gives {len(rates)} entries; give a list of "
                                f"{len(s.mu)}, a natural velocity, or several.")  # fmt: skip

@@ -78,10 +78,10 @@ def parted(segments: np.ndarray, cut: int) -> list[list[list[int]]]:
 
     Segments are those of `lattice_run.segments_of`.
     """
-    found: list[list[list[int]]] = [[], [], []]
+    parts: list[list[list[int]]] = [[], [], []]
     for a, b, length, first in segments.tolist():
         below, within = (min(max(cut - end, 0), length) for end in (max(a, b), min(a, b)))
         for k, start, stop in ((0, 0, below), (2, below, within), (1, within, length)):
             if start < stop:
-                found[k].append([a + start, b + start, stop - start, first + start])
-    return found
+                parts[k].append([a + start, b + start, stop - start, first + start])
+    return parts

@@ -55,9 +55,9 @@ def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = N
     over σ at the start. Raises `BadInput` for a σ that is not positive there, and for scenes with a
     force, a time, constraints or contact.
     """
-    if (given := scene.sigma if sigma is None else sigma) is None:
+    if (scale := scene.sigma if sigma is None else sigma) is None:
         raise BadInput(f"{scene.name} names no sigma of its own: give in_own_time(scene, sigma).")
-    check_function(given, f"{scene.name}: sigma=", "(x, mu, p)")
+    check_function(scale, f"{scene.name}: sigma=", "(x, mu, p)")
     for has, what in (
         (scene.force is not None, "a force"), (scene.timed, "a time in its Lagrangian"),
         (scene.all_constraints, "constraints"), (scene.contact is not None, "contact"),
@@ -68,7 +68,7 @@ def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = N
             raise BadInput(f"{scene.name} has {what}, so it has no such time of its own.")
     s = SceneSymbols(scene)
     by_hamiltonian = scene.hamiltonian is not None
-    found = sigma_of(s, given, bare=not by_hamiltonian)
+    expression = sigma_of(s, scale, bare=not by_hamiltonian)
     at = s.exact_parameters(scene) | dict(zip(s.x, map(to_sympy, scene.x0), strict=True))
     E = energy(s)
     if by_hamiltonian:
@@ -77,14 +77,14 @@ def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = N
     else:
         E = E.xreplace(dict(zip(s.mu, momentum(s), strict=True)))
         at |= dict(zip(s.u, map(to_sympy, scene.v0), strict=True))
-    size, E = (sympy.sympify(e).xreplace(at) for e in (found, E))
+    size, E = (sympy.sympify(e).xreplace(at) for e in (expression, E))
     if not size.is_positive:
         raise BadInput(
             f"{scene.name}: sigma is {float(size):.3g} at the start: give one that is positive."
         )
     function: Any = scene.hamiltonian or scene.lagrangian
     field = "hamiltonian" if by_hamiltonian else "lagrangian"
-    made: Namespace = {field: InOwnTime(function, given, by_hamiltonian)}
+    made: Namespace = {field: InOwnTime(function, scale, by_hamiltonian)}
     share = Fraction(scene.step) / Fraction(scene.duration)
     if duration is None:  # a short number near to the exact one
         duration = Fraction(f"{float(to_sympy(scene.duration) / size):.3g}")
@@ -94,7 +94,7 @@ def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = N
         parameters={**scene.parameters, ENERGY: E},
         v0=() if by_hamiltonian else [size * to_sympy(e) for e in scene.v0],
         duration=duration, step=duration * share, sigma=None,
-        symmetries=[q for q in scene.symmetries if _has(s, found, q)], **made,
+        symmetries=[q for q in scene.symmetries if _has(s, expression, q)], **made,
     )  # fmt: skip
 
 

@@ -128,7 +128,7 @@ class VariedFlow(NotOneMap, SceneRuns):
         *,
         density0: Given = None,
         energy0: Given = None,
-        **given: Any,
+        **arguments: Any,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with every `every`-th state a
         row.
@@ -149,7 +149,7 @@ class VariedFlow(NotOneMap, SceneRuns):
         if not density0 is energy0 is None:
             flow = object.__new__(VariedFlow)
             vars(flow).update(vars(self), edge=self.edge, density0=density0, energy0=energy0)
-        return SceneRuns.trajectory(flow, steps, every, **given)
+        return SceneRuns.trajectory(flow, steps, every, **arguments)
 
     def stepper(self, start: Start) -> _VariedMotion:
         flow, own = self, start is self.starting.own and self.energy0 is None

@@ -63,8 +63,8 @@ class VariedScheme(DiscretisedScene):
         """The step density 1/σ at the scene's start; raises `BadInput` if σ is not positive."""
         numbers, scene = Double(), self.inner.scene
         mu = initial_momentum(self.inner.s, scene, numbers)
-        given = self.inner.s.with_time(scene.x0), mu, scene.parameter_values
-        x, mu, p = ([numbers.number(e) for e in part] for part in given)
+        start = self.inner.s.with_time(scene.x0), mu, scene.parameter_values
+        x, mu, p = ([numbers.number(e) for e in part] for part in start)
         try:
             sigma = float(self.control(numbers)(x, mu, p)[0])
         except (ArithmeticError, ValueError):

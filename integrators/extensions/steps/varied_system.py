@@ -68,10 +68,10 @@ def controlled(
         step = graph.hold(graph.product([(h, 1), (after, -2)]))
     else:
         change, step = graph.number(0), graph.hold(graph.product([(h, 1), (before, -1)]))
-    found = replace(
+    result = replace(
         system.at({system.q[0]: step}), q=(*system.q, control), extents=watched, scaled=()
     )
-    return with_columns(found, [letter(TIME), zeta], [step, change])
+    return with_columns(result, [letter(TIME), zeta], [step, change])
 
 
 def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
@@ -89,20 +89,20 @@ def sigma_of(s: SceneSymbols, function: Function, bare: bool) -> Expression:
     Raises `BadInput` for another shape, for a σ that is not smooth, and for unknown letters.
     """
     what = "sigma"
-    found = s.call(function, what, s.position, s.mu, s.parameters)
-    s.refuse_unknown(sympy.Matrix([found]), {*s.x, *s.mu}, what, function, "x, mu and p")
-    s.scalars([found], what, function)
-    pieces = found.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside,
-                         sympy.Piecewise, sympy.floor, sympy.ceiling)  # fmt: skip
+    expression = s.call(function, what, s.position, s.mu, s.parameters)
+    s.refuse_unknown(sympy.Matrix([expression]), {*s.x, *s.mu}, what, function, "x, mu and p")
+    s.scalars([expression], what, function)
+    pieces = expression.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside,
+                              sympy.Piecewise, sympy.floor, sympy.ceiling)  # fmt: skip
     if any(e.free_symbols & {*s.x, *s.mu} for e in pieces):
         raise BadInput(
             f"{s.name}: sigma is not smooth: it holds {min(map(str, pieces), key=len)[:60]}, and "
             "no step has an order across a jump; write it without, as a root of squares or a sum "
             "of powers."
         )
-    if bare and found.free_symbols & {*s.mu}:
+    if bare and expression.free_symbols & {*s.mu}:
         raise BadInput(
             f'{s.name}: sigma depends on mu; with way="poincare" give a function of x and p '
             'alone, or take way="reversible".'
         )
-    return found
+    return expression

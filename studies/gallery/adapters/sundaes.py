@@ -19,7 +19,7 @@ def run(method: str, q: Any, p: Any, h: float, steps: int, every: int, system: A
     times = np.arange(steps // every + 1) * every * h
     if len(times) == 1:
         return q[None], p[None]
-    found = solver.solve(times, np.concatenate([q, p])).y
-    found = found[[0, -1]] if len(times) == 2 else found  # of two times it gives its own steps
-    found[0] = np.concatenate([q, p])
-    return found[:, :n], found[:, n:]
+    rows = solver.solve(times, np.concatenate([q, p])).y
+    rows = rows[[0, -1]] if len(times) == 2 else rows  # of two times it gives its own steps
+    rows[0] = np.concatenate([q, p])
+    return rows[:, :n], rows[:, n:]

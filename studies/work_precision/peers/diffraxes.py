@@ -49,12 +49,12 @@ class DiffraxContestant(Contestant):
         self.terms = self._terms(equations)
 
         def run(setting: Any, start: Any, saved: Any, most: int) -> Any:
-            found = diffrax.diffeqsolve(
+            solution = diffrax.diffeqsolve(
                 self.terms, y0=start, t0=0.0, t1=float(problem.duration), saveat=saved,
                 max_steps=most, throw=False, **self._method(setting),
             )  # fmt: skip
-            done = found.result == diffrax.RESULTS.successful
-            return found.ys, found.stats["num_steps"], done
+            done = solution.result == diffrax.RESULTS.successful
+            return solution.ys, solution.stats["num_steps"], done
 
         def end(setting: Any, start: Any) -> Any:
             return run(setting, start, diffrax.SaveAt(t1=True), self.most_steps)

@@ -157,7 +157,7 @@ class Equations:
         """∂f/∂z at (t, z)."""
         size, m = len(self.states), len(self._s.mu)
         if closed_velocity(self._s) is not None:
-            found = self._function(
+            derivative = self._function(
                 "slope", self._closed(list(self._field.jacobian(self.states))), size**2
             )
         else:
@@ -171,10 +171,10 @@ class Equations:
                             *(f"by_xi_[{i * m + k}] * slopes[{k}, {j}]" for k in range(m))])
                 for i in range(size) for j in range(size)
             ]  # fmt: skip
-            found = self._function(
+            derivative = self._function(
                 "slope", self._by_newton(["by_z", "by_xi", "moving"], more, out), size**2
             )
-        return lambda t, z: found(t, z).reshape(size, size)
+        return lambda t, z: derivative(t, z).reshape(size, size)
 
 
 def _in_numbers(advance: Callable[..., Any], length: int) -> Callable[[float, Any], Any]:
@@ -194,13 +194,13 @@ def _in_numbers(advance: Callable[..., Any], length: int) -> Callable[[float, An
 
 def _in_machine_code(advance: Any, states: int, length: int) -> Callable[[float, Any], Any]:
     """The compiled function with arrays of its own: peers are timed with it, in one thread."""
-    given, out = np.zeros(states), np.zeros(length)
+    state, out = np.zeros(states), np.zeros(length)
     place, counters = advance.engine.get_function_address("advance"), (c_int64 * 2)()
     function = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p)(place)
-    call = partial(function, address(given), address(out), counters)
+    call = partial(function, address(state), address(out), counters)
 
     def asked(t: float, z: Any) -> Any:
-        given[:] = z
+        state[:] = z
         call()
         return out.copy()
 

@@ -71,13 +71,13 @@ class ReboundContestant(Contestant):
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import rebound
 
-        found = bodies(problem.scene)
-        assert found is not None  # `peers.on` has checked it
-        self.name, self.problem, self.dim = name, problem, found.dim
+        system = bodies(problem.scene)
+        assert system is not None  # `peers.on` has checked it
+        self.name, self.problem, self.dim = name, problem, system.dim
         self.end = float(problem.duration)
-        self.masses = np.array(found.masses)
+        self.masses = np.array(system.masses)
         self.start = rebound.Simulation()
-        self.start.G, self.start.integrator = found.G, name.lower()
+        self.start.G, self.start.integrator = system.G, name.lower()
         for m in self.masses:
             self.start.add(m=m)
         self.start = self.begun((self.start, None), problem.start)
@@ -124,11 +124,11 @@ class ReboundContestant(Contestant):
     def states(self, made: Any) -> States:
         """Return its own steps; at earlier checkpoints by steps that are cut to end there."""
         path = self._watched(made, 1)
-        steps, found, simulation = len(path) - 1, [], made[0].copy()
+        steps, ends, simulation = len(path) - 1, [], made[0].copy()
         for t in self.problem.times[:-1] if self.problem.checkpoints else ():
             simulation.integrate(float(t))
-            found.append(self.state(simulation))
-        checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
+            ends.append(self.state(simulation))
+        checkpoints = np.array([*ends, path[-1]])[: self.problem.checkpoints]
         rows = np.array([*path[: -1 : max(1, -(-steps // MOST_ROWS))], path[-1]])
         return States(checkpoints, rows, steps)
 

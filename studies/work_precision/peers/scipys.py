@@ -57,15 +57,15 @@ class ScipyContestant(Contestant):
                 raise NoEnd(self.name)
             return self.f(t, z)
 
-        found = self._solved(watched, options, self.start)
-        if not found.success:
-            raise CannotMeasure(f"{self.name}: {found.message}")
+        solution = self._solved(watched, options, self.start)
+        if not solution.success:
+            raise CannotMeasure(f"{self.name}: {solution.message}")
         checkpoints = np.zeros((0, len(self.start)))
         if problem.checkpoints:
             times = [float(t) for t in problem.times]
             dense = self._solved(self.f, {**options, "t_eval": times}, self.start)
             checkpoints = np.array(dense.y.T)
-            checkpoints[-1] = found.y[:, -1]
-        stride = max(1, -(-found.y.shape[1] // MOST_ROWS))
-        path = np.vstack([found.y.T[::stride], found.y.T[-1:]])
-        return States(checkpoints, path, len(found.t) - 1, int(found.nfev))
+            checkpoints[-1] = solution.y[:, -1]
+        stride = max(1, -(-solution.y.shape[1] // MOST_ROWS))
+        path = np.vstack([solution.y.T[::stride], solution.y.T[-1:]])
+        return States(checkpoints, path, len(solution.t) - 1, int(solution.nfev))
