@@ -6,14 +6,15 @@ that a changed value is noticed.
 
 An object is read only if all that it is made of was read: its class, its attributes, the slots of
 every base, and what a base that is written in C keeps. Any other object is opaque, and so is a
-function that makes names while it runs: what it reads cannot be told from its text.
+function that makes names while it runs: what it reads cannot be told from its text. Of a module of
+a user those attributes are read that code names beside the name of the module; one that is met in
+any other way, as an argument, in a list or by an import in a function, is opaque.
 """
 
 from __future__ import annotations
 
 import dis
 import hashlib
-import importlib
 import inspect
 import pickle
 import sys
@@ -158,7 +159,6 @@ class _Reader:
     def __init__(self, pure: bool = False) -> None:
         self.pure = pure
         self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[object]()
-        self.modules = set[tuple[int, frozenset[str]]]()
 
     def digest(self, thing: object) -> str:
         try:
@@ -191,9 +191,10 @@ class _Reader:
             self.function(thing)
         elif issubclass(kind, ModuleType | LazyModule):
             name = thing._name if kind is LazyModule else thing.__name__
+            if not _is_library(name):
+                raise Opaque(f"the module {name}, any attribute of which may be read")
             self.say("module", name)
-            if _is_library(name):
-                self.known(name)
+            self.known(name)
         elif issubclass(kind, type):
             self.of_class(thing)
         elif kind is CodeType:
@@ -234,9 +235,7 @@ class _Reader:
         if isinstance(thing, MethodType):
             self.add([thing.__func__, thing.__self__])
             return
-        # a function that is made of a text, as by sympy.lambdify, names no module
-        made = thing.__module__ is None and isinstance(thing, FunctionType)
-        known = thing.__module__ if not made and _is_library(thing.__module__) else ""
+        known = _library_of(thing)
         self.say("function", known, thing.__qualname__)
         if known or not isinstance(thing, FunctionType):
             self.known(known or thing.__qualname__, {thing.__name__})
@@ -260,19 +259,15 @@ class _Reader:
             names = _names(thing.__code__)
             if hidden := names & (_ANYTHING | _OUTSIDE if self.pure else _ANYTHING):
                 raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
-            for imported in sorted(_imported(thing.__code__)):
-                module = _module(imported, thing)
-                self.global_(module, names)
-                if isinstance(module, str):  # the name of a library
-                    self.known(module, names)
+            for level, name in sorted(_imported(thing.__code__)):
+                if level or not _is_library(name):
+                    raise Opaque(f"{thing.__qualname__}, which imports {name or 'its package'}")
+                self.known(name, names)
             for name in sorted(names & thing.__globals__.keys()):
                 self.say(name)
-                held = thing.__globals__[name]
-                self.global_(held, names)
-                if isinstance(held, ModuleType) and _is_library(held.__name__):
-                    self.known(held.__name__, _attributes(thing.__code__, name))
+                self.named(thing.__globals__[name], thing.__code__, name)
 
-    def known(self, name: str, asked: Set[str] = frozenset()) -> None:
+    def known(self, name: str, asked: Set[str | None] = frozenset()) -> None:
         """Add the precision that it is called with, since nothing but its name is known.
 
         Raises `Opaque` if that is not enough.
@@ -284,24 +279,32 @@ class _Reader:
             self.say("precision", _PRECISION[package](sys.modules[package]))
         if package in _CHANGING or (self.pure and package not in _PURE):
             raise Opaque(f"{name}, of which nothing but the name is known")
-        if package in ("numpy", "scipy") and (read := asked & _OF_FILES):
+        if package in ("numpy", "scipy") and (read := _OF_FILES & asked):
             raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
-    def global_(self, thing: object, names: frozenset[str]) -> None:
-        """Add a global name's value; for a user's module the attributes that may be read."""
-        self.add(thing)
-        asked = (id(thing), names)
-        if isinstance(thing, ModuleType) and not _is_library(thing.__name__):
-            if asked in self.modules:
-                return
-            self.modules.add(asked)
-            for name in sorted((names | {"__getattr__"}) & vars(thing).keys()):
-                self.say(name)
-                self.global_(vars(thing)[name], names)
+    def named(self, thing: object, code: CodeType, name: str) -> None:
+        """Add the value of a name in code; of a module of a user the attributes that it reads."""
+        if not isinstance(thing, ModuleType):
+            self.add(thing)
+            return
+        asked = _attributes(code, name)
+        if _is_library(thing.__name__):
+            self.add(thing)
+            self.known(thing.__name__, asked)
+            return
+        if None in asked:
+            raise Opaque(f"the module {thing.__name__}, which a function hands on")
+        self.say("module", thing.__name__)
+        for attribute in sorted(vars(thing).keys() & {*asked, "__getattr__"}):
+            self.say(attribute)
+            self.named(vars(thing)[attribute], code, attribute)
 
     def code(self, code: CodeType) -> None:
         """Add instructions and constants of code, without comments and line numbers."""
         self.say("code", code.co_code, code.co_names, code.co_varnames, code.co_freevars)
+        self.say(code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount)
+        self.say(code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS))
+        self.say(code.co_exceptiontable)
         for constant in code.co_consts:
             self.add(constant)
 
@@ -413,6 +416,18 @@ def _is_library(module: object) -> bool:
     return type(name) is str and name.partition(".")[0] in _LIBRARIES
 
 
+def _library_of(thing: FunctionType | BuiltinFunctionType) -> str:
+    """Return the library whose text defines a function; empty for a function of a user.
+
+    The name that the function gives of its module may be of another one, that it wraps.
+    """
+    if not isinstance(thing, FunctionType):
+        return str(thing.__module__) if _is_library(thing.__module__) else ""
+    name = str(thing.__globals__.get("__name__"))
+    own = getattr(sys.modules.get(name), "__dict__", None) is thing.__globals__
+    return name if own and _is_library(name) else ""
+
+
 @lru_cache(maxsize=4096)
 def _is_compiled(kind: type) -> bool:
     """Whether a class is written in C, so that the content of its objects is not to be seen."""
@@ -426,12 +441,18 @@ def _names(code: CodeType) -> frozenset[str]:
     return frozenset(code.co_names).union(*inner)
 
 
-def _attributes(code: CodeType, name: str) -> frozenset[str]:
-    """Return the attributes of a global name that the code and its inner functions look up."""
+@lru_cache(maxsize=4096)
+def _attributes(code: CodeType, name: str) -> frozenset[str | None]:
+    """Return the attributes of a name that the code and its inner functions look up.
+
+    None is among them if they do anything else with the name, such as to give it to a function.
+    """
     inner = (_attributes(c, name) for c in code.co_consts if isinstance(c, CodeType))
-    found = (after.argval for step, after in pairwise(dis.get_instructions(code))
-             if step.argval == name and after.opname in ("LOAD_ATTR", "LOAD_METHOD"))  # fmt: skip
-    return frozenset(found).union(*inner)
+    steps = (step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG")
+    asked = (after.argval if after.opname in ("LOAD_ATTR", "LOAD_METHOD") else None
+             for step, after in pairwise(steps)
+             if step.opcode in dis.hasname and step.argval == name)  # fmt: skip
+    return frozenset(asked).union(*inner)
 
 
 @lru_cache(maxsize=4096)
@@ -444,15 +465,3 @@ def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
             if step.opname == "IMPORT_NAME":
                 found.add((level.argval, step.argval))
     return frozenset(found)
-
-
-def _module(asked: tuple[int, str], function: FunctionType) -> ModuleType | str | None:
-    """Return the module that a function imports when it is called; `Opaque` if that fails."""
-    level, name = asked
-    if not level and _is_library(name):
-        return name
-    try:
-        package = function.__globals__.get("__package__")
-        return importlib.import_module("." * level + name, package)
-    except Exception:  # the text of a module may raise anything
-        raise Opaque(f"{function.__qualname__}, whose import of {name} fails") from None

@@ -54,8 +54,12 @@ class BlackBox(Discretisation):
 
         Raises `Opaque` if it may read something that is not in any Python object.
         """
-        functions = (self.formula, self.jacobian, self.gradient, self.scalar, self.read, self.write)
-        return f"{self.said} {reads(*functions, pure=True)}"
+        return f"{self.said} {reads(self.formula, *self.beside, pure=True)}"
+
+    @property
+    def beside(self) -> tuple[Callable[..., Any] | None, ...]:
+        """The Python functions beside the formula that its states and claims come from."""
+        return self.jacobian, self.gradient, self.scalar, self.read, self.write
 
     @property
     def said(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...errors import arguments_checked
 from ...numbers.types import Matrix, Vector
-from ...scene import Opaque
+from ...scene import Opaque, reads
 from .box import BlackBox, black_box
 from .caller import folder_of_caller
 from .program import RESTARTS, SECONDS, Program
@@ -45,11 +45,14 @@ class External(BlackBox):
 
     @property
     def digest(self) -> str:
-        """The key of this version of the program; raises `Opaque` if its files are not given."""
+        """The key of this version of the program and of the functions beside it.
+
+        Raises `Opaque` if its files are not given, or for such a function.
+        """
         program = self.formula.program  # type: ignore[attr-defined]
         if program.files is None:
             raise Opaque(f"{program.label}, which may read any file")
-        return f"{self.said} {program.digest}"
+        return f"{self.said} {program.digest} {reads(*self.beside, pure=True)}"
 
 
 @arguments_checked

@@ -215,6 +215,37 @@ class Numbers: pass
 setattr(Numbers, "k1", VALUE)
 def factor(): return getattr(Numbers, f"k{1}")""",
     "a bound method of C": "factor = {None: VALUE}.get",
+    "a module as an argument": """
+conf.k = VALUE
+def read(module): return module.k
+def factor(): return read(conf)""",
+    "a module in a closure": """
+conf.k = VALUE
+def made(module): return lambda: module.k
+factor = made(conf)""",
+    "a module as a default": "conf.k = VALUE\ndef factor(module=conf): return module.k",
+    "a module by another name": """
+conf.k = VALUE
+def factor():
+    module = conf
+    return module.k""",
+    "a module in a list": "conf.k = VALUE\nmodules = [conf]\ndef factor(): return modules[0].k",
+    "a module in a class": """
+class Numbers: module = conf
+conf.k = VALUE
+def factor(): return Numbers.module.k""",
+    "a module from a function": """
+conf.k = VALUE
+def module(): return conf
+def factor(): return module().k""",
+    "a module of a module": """
+conf.inner = type(conf)("inner")
+conf.inner.k = VALUE
+def factor(): return conf.inner.k""",
+    "a function by the name of a library's": """
+@functools.wraps(functools.reduce)
+def reduced(): return VALUE
+def factor(): return reduced()""",
     "a generator": "stream = iter(lambda: VALUE, None)\ndef factor(): return next(stream)",
 }
 
@@ -227,7 +258,13 @@ def test_a_change_of_anything_that_is_kept_is_noticed(keeper, monkeypatch):
         monkeypatch.setitem(sys.modules, "users_file", module := ModuleType("users_file"))
         libraries = (collections, dataclasses, functools, np, scipy, sympy)
         names = vars(module)
-        names.update({"np": np, **{library.__name__: library for library in libraries}})
+        names.update(
+            {
+                "np": np,
+                "conf": ModuleType("conf"),
+                **{library.__name__: library for library in libraries},
+            }
+        )
         exec(KEEPERS[keeper].replace("VALUE", value), names)
         argument = (None,) if "method" in keeper else ()
         assert names["factor"](*argument) == float(value)

@@ -53,6 +53,17 @@ def test_a_program_is_judged(in_c):
         assert found["verdict"] == "pass", found["cases"][0]["reason"]
 
 
+def test_the_functions_beside_a_program_are_part_of_its_key():
+    """Results of a program were once remembered after an edit of what reads its states."""
+
+    def key(claim, factor):
+        beside = {"read": lambda q, p: (q, p), "write": lambda q, p: (q, p)}
+        return external(["cat"], 2, files=(), **{**beside, claim: lambda q, p: (q, factor * p)})
+
+    for claim in ("read", "write"):
+        assert key(claim, 1).digest == key(claim, 1).digest != key(claim, 2).digest
+
+
 def test_a_scene_that_a_program_does_not_know_is_its_own_sentence(in_c, in_python):
     for program in (in_c, in_python):
         with pytest.raises(BadInput, match="I know the scenes pendulum and kepler only"):
