@@ -104,8 +104,8 @@ class Opaque(Exception):
 class _Asked:
     """Arguments of a function with their digest; equal ones have both equal."""
 
-    def __init__(self, seen: str, given: tuple[Any, ...]) -> None:
-        self.seen, self.given = seen, given
+    def __init__(self, seen: str, arguments: tuple[Any, ...]) -> None:
+        self.seen, self.given = seen, arguments
 
     def __hash__(self) -> int:
         return hash(self.seen)
@@ -140,12 +140,12 @@ def remembered(maxsize: int) -> Callable[[_Made], _Made]:
             return function(*asked.given)
 
         @wraps(function)
-        def asked(*given: Any) -> Any:
+        def asked(*arguments: Any) -> Any:
             try:
-                seen = reads(*given)
+                seen = reads(*arguments)
             except Opaque:
-                return function(*given)
-            return made(_Asked(seen, given))
+                return function(*arguments)
+            return made(_Asked(seen, arguments))
 
         asked.cache_clear = made.cache_clear  # type: ignore[attr-defined]
         return asked  # type: ignore[return-value]
@@ -318,13 +318,13 @@ class _Reader:
         if _is_compiled(thing):
             raise Opaque(f"{thing.__qualname__}, which is compiled")
         self.add([type(thing), *thing.__bases__])
-        for name, held in vars(thing).items():
-            special = name.startswith("__") and name.endswith("__") and not callable(held)
-            if not (special or isinstance(held, _SLOTS) or name == "_abc_impl"):
+        for name, value in vars(thing).items():
+            special = name.startswith("__") and name.endswith("__") and not callable(value)
+            if not (special or isinstance(value, _SLOTS) or name == "_abc_impl"):
                 self.say(name)
-                if (word := _WRAPPED.get(type(held))) is not None:
-                    held = getattr(held, word)
-                self.add(held)
+                if (word := _WRAPPED.get(type(value))) is not None:
+                    value = getattr(value, word)
+                self.add(value)
 
     def instance(self, thing: object) -> None:
         """Add an instance: its class, its attributes and slots, and what its bases of C keep."""
@@ -458,10 +458,10 @@ def _attributes(code: CodeType, name: str) -> frozenset[str | None]:
 @lru_cache(maxsize=4096)
 def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
     """Return the modules that the code and its inner functions import: level and name."""
-    found = {name for c in code.co_consts if isinstance(c, CodeType) for name in _imported(c)}
+    modules = {name for c in code.co_consts if isinstance(c, CodeType) for name in _imported(c)}
     if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
         steps = list(dis.get_instructions(code))
         for level, _, step in zip(steps, steps[1:], steps[2:], strict=False):
             if step.opname == "IMPORT_NAME":
-                found.add((level.argval, step.argval))
-    return frozenset(found)
+                modules.add((level.argval, step.argval))
+    return frozenset(modules)

@@ -118,12 +118,12 @@ def load(path: str) -> UserFile:
         raise BadInput(
             f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
         ) from None
-    found = _loaded.pop((file, source), None)
-    if found is None:
+    user_file = _loaded.pop((file, source), None)
+    if user_file is None:
         digest, module, refused = _run(path, file, source)
-        found = UserFile(path, digest, *_collect(path, module), vars(module), refused)
-    _loaded[file, source] = found
-    return found
+        user_file = UserFile(path, digest, *_collect(path, module), vars(module), refused)
+    _loaded[file, source] = user_file
+    return user_file
 
 
 def things_in(variables: Mapping[str, Any]) -> Iterator[Any]:
@@ -308,13 +308,13 @@ def _imported(file: Path, source: bytes, folder: Path) -> Iterator[Path]:
         return
     for node in statements:
         if isinstance(node, ast.Import):
-            found = [(folder, each.name) for each in node.names]
+            modules = [(folder, each.name) for each in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = file.parents[node.level - 1] if node.level else folder
-            found = [(base, f"{node.module or ''}.{each.name}") for each in node.names]
+            modules = [(base, f"{node.module or ''}.{each.name}") for each in node.names]
         else:
             continue
-        for place, name in found:
+        for place, name in modules:
             for part in filter(None, name.split(".")):  # every package on the way is run
                 place /= part
                 yield place.with_name(f"{part}.py")

@@ -142,9 +142,9 @@ class BlackBox(Discretisation):
         scene = self.form.scene(scene)
         return BoxScheme(scene if self.step is None else scene.with_values(step=self.step), self)
 
-    def __call__(self, *given: Any) -> Any:
+    def __call__(self, *arguments: Any) -> Any:
         """Call the function or the class itself."""
-        return self.formula(*given)
+        return self.formula(*arguments)
 
 
 @arguments_checked
@@ -207,9 +207,9 @@ def black_box(
     _one_of("state", state, STATES)
     _one_of("numbers", numbers, NUMBERS)
     flags = {"runs": runs, "vectorised": vectorised}
-    for word, given in flags.items():
-        if not isinstance(given, bool):
-            raise BadInput(f"black_box({word}=...): {word} is True or False, not {shown(given)}.")
+    for word, flag in flags.items():
+        if not isinstance(flag, bool):
+            raise BadInput(f"black_box({word}=...): {word} is True or False, not {shown(flag)}.")
     functions = {"jacobian": jacobian, "gradient": gradient, "scalar": scalar, "read": read,
                  "write": write}  # fmt: skip
     for word, function in functions.items():
@@ -277,10 +277,10 @@ def _corners(states: Any, step: Exact | None) -> tuple[tuple[Exact, ...], ...]:
     return low, high
 
 
-def _one_of(word: str, given: object, known: Iterable[str]) -> None:
-    if not isinstance(given, str) or given not in known:
+def _one_of(word: str, value: object, known: Iterable[str]) -> None:
+    if not isinstance(value, str) or value not in known:
         choices = " or ".join(map(repr, known))
-        raise BadInput(f"black_box({word}={shown(given)}): {word} is {choices}.")
+        raise BadInput(f"black_box({word}={shown(value)}): {word} is {choices}.")
 
 
 def given_name(name: object, otherwise: str) -> Any:

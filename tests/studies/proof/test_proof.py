@@ -277,8 +277,10 @@ def test_conditions_on_an_open_number():
 def test_a_node_squared():
     found = prove(nodes_with_a_stage(sympy.Symbol("t")), groupoid="time", laws=())
     assert found.proven is None
-    every = "for every t but t = 0, where it has no step"  # as both nodes are in the middle
-    assert [found.conditions[k] for k in (2, 5)] == [every, "for no t"]
+    every = (
+        "for every value of t but t = 0, where it has no step"  # as both nodes are in the middle
+    )
+    assert [found.conditions[k] for k in (2, 5)] == [every, "for no value of t"]
     assert found.conditions[4].startswith("3*t**2 - 1 = 0")
 
 
