@@ -66,6 +66,8 @@ class UserFile:
 _loaded: dict[tuple[Path, bytes], UserFile] = {}
 OF_USER = "discmech_user_"  # begins the names of the modules of these files
 _running: list[Path] = []  # files whose text runs now
+#: modules beside files that were run, by the name under which they are imported, with their texts
+_beside: dict[str, tuple[ModuleType, bytes]] = {}
 _FUTURE = sum(getattr(__future__, name).compiler_flag for name in __future__.all_feature_names)
 
 
@@ -119,7 +121,7 @@ def load(path: str) -> UserFile:
             f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
         ) from None
     user_file = _loaded.pop((file, source), None)
-    if user_file is None:
+    if user_file is None or user_file.digest != _digest_of(file, source):  # or of what it imports
         digest, module, refused = _run(path, file, source)
         user_file = UserFile(path, digest, *_collect(path, module), vars(module), refused)
     _loaded[file, source] = user_file
@@ -217,7 +219,8 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
     A statement whose object is refused leaves the others as they are: refused has the names that
     it and those that need it would bind, with the sentence that refuses it.
     """
-    module = ModuleType(f"{OF_USER}{file.stem}_{hashlib.sha256(source).hexdigest()[:8]}")
+    key = hashlib.sha256(encoded(f"{file}\0") + source).hexdigest()[:8]
+    module = ModuleType(f"{OF_USER}{file.stem}_{key}")
     module.__file__ = str(file)
     refused: dict[str, str] = {}
     if file in _running:
@@ -225,6 +228,8 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
     _running.append(file)
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(file.parent))  # its neighbours may be imported
+    beside = _neighbours(file, source)
+    _forget_others(file.parent, beside)
     try:
         with contextlib.redirect_stdout(sys.stderr):
             code, rest = compile(source, str(file), "exec"), ast.parse(source).body
@@ -252,6 +257,10 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
     finally:
         _running.remove(file)
         sys.path.remove(str(file.parent))
+        for place, text in beside.items():
+            helper = sys.modules.get(name := _name_of(place, file.parent))
+            if helper is not None and getattr(helper, "__file__", None) == str(place):
+                _beside[name] = helper, text
     return _digest_of(file, source), module, refused
 
 
@@ -285,7 +294,13 @@ def binds(node: ast.stmt) -> list[str]:
 
 
 def _digest_of(file: Path, source: bytes) -> str:
-    """Return the digest of a source, and of all files that it imports from its folder.
+    """Return the digest of a source, and of all files that it imports from its folder."""
+    beside = _neighbours(file, source)
+    return hashlib.sha256(b"\0".join((source, *(beside[e] for e in sorted(beside))))).hexdigest()
+
+
+def _neighbours(file: Path, source: bytes) -> dict[Path, bytes]:
+    """Return the texts of the files that a source imports from its folder, or that these import.
 
     They are found by the texts, so that every process finds the same, whatever it loaded before.
     """
@@ -296,8 +311,29 @@ def _digest_of(file: Path, source: bytes) -> str:
             if each not in texts and each.is_file():
                 texts[each] = each.read_bytes()
                 pending.append(each)
-    beside = (texts[each] for each in sorted(texts) if each != file)
-    return hashlib.sha256(b"\0".join((source, *beside))).hexdigest()
+    del texts[file]
+    return texts
+
+
+def _name_of(place: Path, folder: Path) -> str:
+    """Return the name by which a file in a folder, or below it, is imported from there."""
+    parts = place.with_suffix("").relative_to(folder).parts if place.is_relative_to(folder) else ()
+    return ".".join(parts[:-1] if parts[-1:] == ("__init__",) else parts)
+
+
+def _forget_others(folder: Path, beside: Mapping[Path, bytes]) -> None:
+    """Take modules out of Python's memory that hide a file's neighbours, or their present texts.
+
+    Another file may have a neighbour of the same name in its own folder. If one has to go, all of
+    them are run again, for they may import one another.
+    """
+    names = {_name_of(place, folder): place for place in beside}
+    known = {name: _beside[name] for name in names if name in _beside}
+    if any(str(names[name]) != helper.__file__ or beside[names[name]] != text
+           for name, (helper, text) in known.items()):  # fmt: skip
+        for name, (helper, _) in known.items():
+            if sys.modules.get(name) is helper:
+                del sys.modules[name]
 
 
 def _imported(file: Path, source: bytes, folder: Path) -> Iterator[Path]:

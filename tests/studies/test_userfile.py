@@ -384,3 +384,36 @@ def test_what_other_libraries_leave_among_the_modules_is_no_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "odd", object())
     own = discretisations.discretisation(1, name="nowhere")(lambda L, G, x, u, h: h * L(x, u))
     assert words.address_of(own) == "nowhere"
+
+
+HELPED = """
+from helper import G
+from discmech import discretisation
+
+@discretisation(order=2, name="{name}")
+def step(L, Q, x, u, h):
+    return h * L(Q.target(x, u, h / 2), G * u)
+"""
+
+
+def test_files_of_two_folders_have_each_the_helper_beside_it(tmp_path):
+    for folder, number in (("ann", 1), ("bob", 2)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "helper.py").write_text(f"G = {number}")
+        (tmp_path / folder / "step.py").write_text(HELPED.format(name="same"))
+    ann, bob = (load(str(tmp_path / folder / "step.py")) for folder in ("ann", "bob"))
+    assert (ann.variables["G"], bob.variables["G"]) == (1, 2)
+    assert load(str(tmp_path / "ann" / "step.py")) is ann
+
+
+def test_a_helper_that_was_changed_is_run_again(tmp_path):
+    """Also one that only another helper imports."""
+    (tmp_path / "helper.py").write_text("from numbers_of import G")
+    (tmp_path / "numbers_of.py").write_text("G = 1")
+    file = tmp_path / "mine.py"
+    file.write_text(HELPED.format(name="mine"))
+    first = load(str(file))
+    (tmp_path / "numbers_of.py").write_text("G = 25")
+    again = load(str(file))
+    assert (first.variables["G"], again.variables["G"]) == (1, 25)
+    assert again.digest != first.digest
