@@ -38,17 +38,18 @@ def line(case: AnyResult, told: Collection[str] = ()) -> str:
     """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
     0.05).
 
-    For a case in trouble it has the reason, unless that was printed before. The cause and
-    the command come once, at the end (`troubles`).
+    For a case in trouble it has the reason, or a word for one that was printed before. The cause
+    and the command come once, at the end (`troubles`).
     """
     written = view_of(case.study).line
     figure = written(case) if written and case.figures else got(case)
-    known = not case.is_trouble or case.reason in told
-    why_not = "" if known else case.reason.partition(" Cause: ")[0]
+    why_not = case.reason.partition(" Cause: ")[0] if case.is_trouble else ""
+    why_not = "as above" if why_not and case.reason in told else why_not
     figure = why_not if figure == NONE and why_not else figure
     expected = wanted(case)
-    alone = expected == "only measured"
-    said = "" if expected == NONE else f" ({expected if alone else f'wanted {expected}'})"
+    alone = expected == "only measured"  # which is said of no case that fails for another reason
+    unsaid = expected == NONE or (alone and case.is_trouble)
+    said = "" if unsaid else f" ({expected if alone else f'wanted {expected}'})"
     said += f": {why_not}" if why_not not in ("", figure) else ""
     return f"{MARKS[case.verdict]} {case.study}: {case.name}: {figure}{said}"
 

@@ -14,6 +14,7 @@ from discmech.studies.core.outcome import OF_STEPS
 from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
 from discmech.studies.report.summary import headline, merged
+from discmech.studies.report.verdicts import line
 from discmech.studies.report.wording import whys
 from tests.studies.as_json import read
 from tests.studies.fake_results import spoiled
@@ -231,3 +232,13 @@ def test_a_drift_above_its_limit_that_passes_is_told_with_why():
     assert tables.short(shown) == "oscillates by 8.1×10⁻⁶"
     for other in ({"verdict": "fail"}, {"measured": case["measured"] | {"drift": 8e-7}}):
         assert "edges" not in tables.got(result_of("energy", case | other))
+
+
+def test_a_line_of_trouble_has_its_reason_or_a_word_for_it_and_is_never_only_measured() -> None:
+    entries = {"scene": "pendulum", "rule": "heun", "digits": 16, "verdict": "fail",
+               "reason": "steps lose energy.", "expected": {"not_demanded": "it claims none"},
+               "measured": {"drift": 0.1, "band": 0.2, "slope": 0.0}}  # fmt: skip
+    case = result_of("energy", entries)
+    assert "steps lose energy." in line(case) and "only measured" not in line(case)
+    assert line(case, {case.reason}).endswith("as above")
+    assert "only measured" in line(result_of("energy", entries | {"verdict": "measured"}))
