@@ -100,6 +100,7 @@ def _names(
     for case, spot in zip(cases, spots, strict=True):
         colour = INK if case.passed else WORDS[VERMILLION]
         name = case.method + ("" if case.passed else f" ({case.verdict})")
+        name += " (no form)" if case.expected.demanded else ""
         style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}
         axes.text(-0.02, -spot, name, ha="right", color=colour, **style)
         if case.scene != before:

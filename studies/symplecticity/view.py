@@ -12,6 +12,7 @@ from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View, measured_column
 from ..report.wording import largest, limit, scientific
 from . import plot
+from .limits import CHANGES, FORMS
 from .plot import Case
 from .records import Expected, Row
 
@@ -20,9 +21,9 @@ DEFECTS = (
     "bracket under the map on the dual (hollow); a square is the defect after many steps of a "
     "program whose single steps keep the form. A mark is the worst point of the trajectory, the "
     "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
-    "verdict uses; under a force or a nonholonomic constraint no form is demanded, and its change "
-    "is only shown (the table says how far it is from what the force does). Dotted: one unit of "
-    "round-off."
+    "verdict uses; under a force or a nonholonomic constraint no form is demanded, which is said "
+    "beside the rule, and its change is only shown (the table says how far it is from what the "
+    "force does). Dotted: one unit of round-off."
 )
 CONTROLS = (
     "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
@@ -67,6 +68,9 @@ def _wanted(case: Case) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
+    asked = case.expected.demanded
+    if asked and not {*FORMS, *CHANGES} & {*asked}:  # its residual is no defect of the form
+        return {}
     return {"defect": max(_demanded(case).values(), default=None)}
 
 

@@ -8,8 +8,9 @@ import pytest
 
 from discmech import exponential, scenes
 from discmech.studies.command.entry import main
-from discmech.studies.core.result import Result, StudyResult
+from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import verdicts
+from discmech.studies.symplecticity.view import VIEW
 from discmech.studies.user.compare import comparison
 from tests.studies.test_userfile import RULE
 
@@ -126,3 +127,12 @@ def test_two_retractions_stand_side_by_side(capsys):
     body = scenes.get("rigid-body")
     assert body.with_retraction(exponential, name="by-exp").name == "by-exp"
     assert body.with_retraction(exponential).name == body.name
+
+
+def test_a_residual_is_no_defect_of_a_form_that_is_not_demanded():
+    entries = {"scene": "rolling-disc", "rule": "midpoint", "verdict": "pass",
+               "measured": {"poisson": 1.0, "residual": 1e-17},
+               "expected": {"limit": 1e-13, "demanded": ["residual"]}}  # fmt: skip
+    assert VIEW.compared(result_of("symplecticity", entries)) == {}
+    entries["expected"] = {"limit": 1e-13}
+    assert VIEW.compared(result_of("symplecticity", entries))["defect"] == 1
