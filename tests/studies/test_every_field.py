@@ -371,6 +371,7 @@ def of_an_import():
 
 #: functions of which nobody can see whether what they read has changed
 HIDING = {
+    "import of a user's module in a function": of_a_local_import,
     "eval": lambda: eval("Base.strength"), "a file": lambda: open(__file__),  # noqa: SIM115
     "a path": lambda: Path(__file__).read_text(), "the environment": lambda: os.environ["HOME"],
     "an imported name": of_an_import, "an array of a file": lambda: np.load("a.npy"),
@@ -386,7 +387,6 @@ READERS = {
     "array of a class": (lambda: Model.matrix, Model),
     "class of a dictionary": (lambda: TABLE.strength, Table),
     "module of a package": (lambda: PACKAGE.part.strength, PART),
-    "import in a function": (of_a_local_import, PART),
 }
 
 
