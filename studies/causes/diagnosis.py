@@ -82,12 +82,12 @@ def of_part(lattice: Lattice, rule: Discretisation) -> dict[str, Any] | None:
     bonds = [sorted(moving & set(pair)) for pair in lattice.pairs.tolist()]
     ends = max(bonds, key=lambda sites: (len(sites), speeds[sites].sum()))  # at rest none is seen
     scheme = scheme_of(scene_of(lattice, ends), rule).base
-    found = settled_truncation(scheme)
+    errors = settled_truncation(scheme)
     wanted = scheme.order
-    if wanted is None or found.order >= wanted - NEAR or not np.isfinite(found.factors).all():
+    if wanted is None or errors.order >= wanted - NEAR or not np.isfinite(errors.factors).all():
         return None
-    evidence: dict[str, Any] = {name: getattr(found, name) for name in SHOWN}
-    cause, sentence = _of_rule(scheme, wanted, found, evidence)
+    evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
+    cause, sentence = _of_rule(scheme, wanted, errors, evidence)
     sites = " and ".join(f"site {site + 1}" for site in ends)
     return named(cause, f"on {sites} alone, the others at rest: {sentence}", evidence)
 

@@ -121,7 +121,9 @@ def load(path: str) -> UserFile:
             f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
         ) from None
     user_file = _loaded.pop((file, source), None)
-    if user_file is None or user_file.digest != _digest_of(file, source):  # or of what it imports
+    if user_file is None or user_file.digest != _digest_of(
+        source, _neighbours(file, source)
+    ):  # or of what it imports
         digest, module, refused = _run(path, file, source)
         user_file = UserFile(path, digest, *_collect(path, module), vars(module), refused)
     _loaded[file, source] = user_file
@@ -261,7 +263,7 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
             helper = sys.modules.get(name := _name_of(place, file.parent))
             if helper is not None and getattr(helper, "__file__", None) == str(place):
                 _beside[name] = helper, text
-    return _digest_of(file, source), module, refused
+    return _digest_of(source, beside), module, refused
 
 
 def _from(statements: list[ast.stmt], line: int) -> list[ast.stmt]:
@@ -293,9 +295,8 @@ def binds(node: ast.stmt) -> list[str]:
     ]
 
 
-def _digest_of(file: Path, source: bytes) -> str:
-    """Return the digest of a source, and of all files that it imports from its folder."""
-    beside = _neighbours(file, source)
+def _digest_of(source: bytes, beside: Mapping[Path, bytes]) -> str:
+    """Return the digest of a source and of the files beside it that it imports."""
     return hashlib.sha256(b"\0".join((source, *(beside[e] for e in sorted(beside))))).hexdigest()
 
 
