@@ -120,10 +120,8 @@ def load(path: str) -> UserFile:
         raise BadInput(
             f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
         ) from None
-    user_file, now = (
-        _loaded.pop((file, source), None),
-        _digest_of(source, _neighbours(file, source)),
-    )
+    user_file = _loaded.pop((file, source), None)
+    now = _digest_of(source, _neighbours(file, source))
     if user_file is None or user_file.digest != now:  # what it imports may be another text
         digest, module, refused = _run(path, file, source)
         user_file = UserFile(path, digest, *_collect(path, module), vars(module), refused)
