@@ -6,31 +6,32 @@ that a changed value is noticed.
 
 An object is read only if all that it is made of was read: its class, its attributes, the slots of
 every base, and what a base that is written in C keeps. Any other object is opaque, and so is a
-function that makes names while it runs: what it reads cannot be told from its text. Of a module of
-a user those attributes are read that code names beside the name of the module; one that is met in
-any other way, as an argument, in a list or by an import in a function, is opaque.
+function that makes names while it runs: what it reads cannot be told from its text. Of a module
+those attributes are read that code names beside the name of the module; one that code hands on, or
+that is met in any other way, as an argument or in a list, is opaque. So is a cache that keeps
+results of a user's function, which may be those of earlier values.
 """
 
 from __future__ import annotations
 
-import dis
 import hashlib
 import inspect
 import pickle
 import sys
+import sysconfig
 from collections import deque
 from collections.abc import Callable, Iterator, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
 from io import BytesIO
-from itertools import pairwise
 from types import (
     BuiltinFunctionType,
     CodeType,
     EllipsisType,
     FunctionType,
     GetSetDescriptorType,
+    MappingProxyType,
     MemberDescriptorType,
     MethodDescriptorType,
     MethodType,
@@ -43,6 +44,7 @@ import numpy as np
 
 from ..files import encoded
 from ..numbers import LazyModule
+from .names import attributes_in, imported_in, names_in, packages
 
 _Made = TypeVar("_Made", bound=Callable[..., Any])
 
@@ -74,16 +76,22 @@ _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 #: what the class of an object of C has in place of functions
 _OF_C = (MethodDescriptorType, WrapperDescriptorType)
 _FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
-#: where what a class wraps has its function
-_WRAPPED = {classmethod: "__func__", staticmethod: "__func__", property: "fget",
-            cached_property: "func"}  # fmt: skip
+#: where what a class wraps has its functions
+_WRAPPED = {classmethod: ("__func__",), staticmethod: ("__func__",), cached_property: ("func",),
+            property: ("fget", "fset", "fdel")}  # fmt: skip
+#: what Python writes into a class, from its place in a text or of what the other parts say
+_OF_PYTHON = frozenset((
+    "__annotations_cache__", "__firstlineno__", "__module__", "__static_attributes__", "_abc_impl",
+))  # fmt: skip
+_IN_MEMORY = 1 << 9  # the flag of a class that Python made, or that is made as Python makes them
+_STANDARD = tuple({sysconfig.get_path(of) for of in ("stdlib", "platstdlib")})
 #: types whose repr() shows all that their objects keep
 _PLAIN = (
     type(None), bool, int, float, complex, Fraction, str, bytes, bytearray, range, slice,
     EllipsisType,
 )  # fmt: skip
 #: types of C that keep objects
-_HOLDERS = (dict, set, frozenset, list, tuple, deque)
+_HOLDERS = (dict, MappingProxyType, set, frozenset, list, tuple, deque)
 MOST = 20_000  # largest number of parts of an object that is remembered
 #: a program's step may call anything in these packages except what reads files, clocks or chance
 _PURE = frozenset((
@@ -189,18 +197,19 @@ class _Reader:
             raise Opaque("a thing of too many parts")
         if issubclass(kind, (*_FUNCTIONS, partial)):
             self.function(thing)
-        elif issubclass(kind, ModuleType | LazyModule):
-            name = thing._name if kind is LazyModule else thing.__name__
-            if not _is_library(name):
-                raise Opaque(f"the module {name}, any attribute of which may be read")
-            self.say("module", name)
-            self.known(name)
+        elif issubclass(kind, ModuleType):
+            raise Opaque(f"the module {thing.__name__}, any attribute of which may be read")
+        elif kind is LazyModule:
+            self.say("module", thing._name)
+            self.known(thing._name)
         elif issubclass(kind, type):
             self.of_class(thing)
         elif kind is CodeType:
             self.code(thing)
-        elif _is_library(kind.__module__) and hasattr(thing, "__wrapped__"):  # by a cache
+        elif _library_of(kind) and hasattr(thing, "__wrapped__"):  # by a cache
             self.add(thing.__wrapped__)
+            if not _library_of(thing.__wrapped__) and thing.cache_info().currsize:
+                raise Opaque(f"a cache that keeps results of {thing.__qualname__}")
             self.attributes(thing)
         else:
             self.instance(thing)
@@ -213,9 +222,9 @@ class _Reader:
             self.say(kind.__name__, kind.__repr__(thing))
         elif kind in (np.ndarray, np.generic) and thing.dtype.kind != "O":
             self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
-        elif kind is dict:
-            self.say("mapping", dict.__len__(thing))
-            for key, value in dict.items(thing):
+        elif kind in (dict, MappingProxyType):
+            self.say("mapping", len(items := list(kind.items(thing))))
+            for key, value in items:
                 self.add(key)
                 self.add(value)
         elif kind in (set, frozenset):
@@ -242,12 +251,14 @@ class _Reader:
         if not isinstance(thing, FunctionType):
             if not _is_library(thing.__module__):
                 raise Opaque(f"{thing.__qualname__}, which is compiled")
-            self.add(thing.__self__)  # of a method of C, such as {}.get
+            if not isinstance(thing.__self__, ModuleType):  # of a method of C, such as {}.get
+                self.add(thing.__self__)
             return
         self.add([thing.__defaults__, thing.__kwdefaults__])
-        for cell in thing.__closure__ or ():
+        free = thing.__code__.co_freevars
+        for name, cell in zip(free, thing.__closure__ or (), strict=True):
             try:
-                self.add(cell.cell_contents)
+                self.named(cell.cell_contents, thing.__code__, name)
             except ValueError:  # the cell is still empty
                 self.say("empty")
         if known:
@@ -256,15 +267,16 @@ class _Reader:
         else:
             self.add(vars(thing))
             self.code(thing.__code__)
-            names = _names(thing.__code__)
+            names = names_in(thing.__code__)
             if hidden := names & (_ANYTHING | _OUTSIDE if self.pure else _ANYTHING):
                 raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
-            for level, name in sorted(_imported(thing.__code__)):
+            for level, name in sorted(imported_in(thing.__code__)):
                 if level or not _is_library(name):
                     raise Opaque(f"{thing.__qualname__}, which imports {name or 'its package'}")
                 self.known(name, names)
+                for module in packages(name):
+                    self.of_module(module, thing.__code__, names)
             for name in sorted(names & thing.__globals__.keys()):
-                self.say(name)
                 self.named(thing.__globals__[name], thing.__code__, name)
 
     def known(self, name: str, asked: Set[str | None] = frozenset()) -> None:
@@ -282,22 +294,27 @@ class _Reader:
         if package in ("numpy", "scipy") and (read := _OF_FILES & asked):
             raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
-    def named(self, thing: object, code: CodeType, name: str) -> None:
-        """Add the value of a name in code; of a module of a user the attributes that it reads."""
+    def named(self, thing: object, code: CodeType, name: str, inside: bool = False) -> None:
+        """Add the value of a name in code; of a module the attributes that the code reads.
+
+        inside: True for the name of an attribute of a module.
+        """
+        self.say(name)
         if not isinstance(thing, ModuleType):
             self.add(thing)
             return
-        asked = _attributes(code, name)
-        if _is_library(thing.__name__):
-            self.add(thing)
-            self.known(thing.__name__, asked)
-            return
+        asked = attributes_in(code, name, inside)
         if None in asked:
             raise Opaque(f"the module {thing.__name__}, which a function hands on")
-        self.say("module", thing.__name__)
-        for attribute in sorted(vars(thing).keys() & {*asked, "__getattr__"}):
-            self.say(attribute)
-            self.named(vars(thing)[attribute], code, attribute)
+        self.of_module(thing, code, asked)
+
+    def of_module(self, module: ModuleType, code: CodeType, asked: Set[str | None]) -> None:
+        """Add those attributes of a module, also of a library's, that code asks for."""
+        self.say("module", module.__name__)
+        if _is_library(module.__name__):
+            self.known(module.__name__, asked)
+        for attribute in sorted(vars(module).keys() & {*asked, "__getattr__"}):
+            self.named(vars(module)[attribute], code, attribute, inside=True)
 
     def code(self, code: CodeType) -> None:
         """Add instructions and constants of code, without comments and line numbers."""
@@ -310,7 +327,7 @@ class _Reader:
 
     def of_class(self, thing: type) -> None:
         """Add everything that a class and its bases contain."""
-        known = thing.__module__ if _is_library(thing.__module__) else ""
+        known = _library_of(thing)
         self.say("class", known, thing.__qualname__)
         if known:
             self.known(known)
@@ -319,19 +336,18 @@ class _Reader:
             raise Opaque(f"{thing.__qualname__}, which is compiled")
         self.add([type(thing), *thing.__bases__])
         for name, value in vars(thing).items():
-            special = name.startswith("__") and name.endswith("__") and not callable(value)
-            if not (special or isinstance(value, _SLOTS) or name == "_abc_impl"):
+            if name not in _OF_PYTHON and not isinstance(value, _SLOTS):
                 self.say(name)
-                if (word := _WRAPPED.get(type(value))) is not None:
-                    value = getattr(value, word)
-                self.add(value)
+                wrapped = _WRAPPED.get(type(value))
+                self.add([getattr(value, word) for word in wrapped] if wrapped else value)
 
     def instance(self, thing: object) -> None:
         """Add an instance: its class, its attributes and slots, and what its bases of C keep."""
         kind = type(thing)
         self.add(kind)
         # the class of an undefined function f(x) of sympy has no module
-        package = str(kind.__module__ or type(kind).__module__).partition(".")[0]
+        named = kind.__module__ or type(kind) is type
+        package = _library_of(kind if named else type(kind)).partition(".")[0]
         bases = [base for base in kind.__mro__[:-1] if base in _KEEPERS]
         if package == "discmech" and is_dataclass(thing):  # all fields, including new ones
             for field in fields(thing):
@@ -344,12 +360,12 @@ class _Reader:
                 self.say(repr(thing))
             except ValueError:  # a number with too many digits
                 raise Opaque(f"{kind.__name__}") from None
-        elif package != "discmech" and _is_library(package) and not bases:
+        elif package not in ("", "discmech") and not bases:
             self.pickled(thing)
         else:
             hidden = [
                 c for c in kind.__mro__[:-1] if _is_compiled(c) and c not in _KEEPERS
-                and not (_is_library(c.__module__) and issubclass(c, tuple(bases)))
+                and not (_library_of(c) and issubclass(c, tuple(bases)))
             ]  # fmt: skip
             if hidden:
                 raise Opaque(f"{kind.__name__}, a {hidden[0].__name__}, which is compiled")
@@ -383,8 +399,9 @@ class _Pickler(pickle.Pickler):
         self.reader = reader
 
     def persistent_id(self, part: Any) -> str | None:
-        named = isinstance(part, (*_FUNCTIONS, type))
-        if _is_library(part.__module__ if named else type(part).__module__):
+        if type(part) is not MappingProxyType and _library_of(
+            part if isinstance(part, (*_FUNCTIONS, type)) else type(part)
+        ):
             return None
         self.reader.add(part)
         return "read"
@@ -399,7 +416,7 @@ def _attributes_of(thing: object) -> Iterator[tuple[str, Any]]:
     kind = type(thing)
     for name, value in sorted(getattr(thing, "__dict__", {}).items()):
         made = inspect.getattr_static(kind, name, None)
-        if not (isinstance(made, cached_property) and made.func.__module__.startswith("discmech.")):
+        if not (isinstance(made, cached_property) and "discmech." in _library_of(made.func)):
             yield name, value
     for base in kind.__mro__:
         for name, slot in vars(base).items():
@@ -411,57 +428,37 @@ def _attributes_of(thing: object) -> Iterator[tuple[str, Any]]:
 
 
 def _is_library(module: object) -> bool:
-    """Whether the module, as an object names it, is one of a known library."""
-    name = "builtins" if module is None else module
-    return type(name) is str and name.partition(".")[0] in _LIBRARIES
+    """Whether the module, as an object names it, is one of a known library.
 
-
-def _library_of(thing: FunctionType | BuiltinFunctionType) -> str:
-    """Return the library whose text defines a function; empty for a function of a user.
-
-    The name that the function gives of its module may be of another one, that it wraps.
+    A file of a user may have the name of a standard module.
     """
-    if not isinstance(thing, FunctionType):
-        return str(thing.__module__) if _is_library(thing.__module__) else ""
-    name = str(thing.__globals__.get("__name__"))
-    own = getattr(sys.modules.get(name), "__dict__", None) is thing.__globals__
-    return name if own and _is_library(name) else ""
+    name = "builtins" if module is None else module
+    top = name.partition(".")[0] if type(name) is str else ""
+    file = getattr(sys.modules.get(top), "__file__", None) or _STANDARD[0]
+    of_user = top in sys.stdlib_module_names and not file.startswith(_STANDARD)
+    return top in _LIBRARIES and not of_user
+
+
+def _library_of(thing: Any) -> str:
+    """Return the library whose text defines a class or a function; empty for those of a user.
+
+    The name that a function gives of its module may be of another one, that it wraps; a class may
+    give any name.
+    """
+    if isinstance(thing, FunctionType):
+        name = str(thing.__globals__.get("__name__"))
+        own = getattr(sys.modules.get(name), "__dict__", None) is thing.__globals__
+    else:
+        name, own = thing.__module__, True
+        if issubclass(type(thing), type) and thing.__flags__ & _IN_MEMORY and _is_library(name):
+            part: Any = sys.modules.get(name)
+            for word in thing.__qualname__.split("."):
+                part = getattr(part, word, None)
+            own = part is thing
+    return str(name) if own and name and _is_library(name) else ""
 
 
 @lru_cache(maxsize=4096)
 def _is_compiled(kind: type) -> bool:
     """Whether a class is written in C, so that the content of its objects is not to be seen."""
     return any(type(e) in _OF_C and e.__objclass__ is kind for e in vars(kind).values())
-
-
-@lru_cache(maxsize=4096)
-def _names(code: CodeType) -> frozenset[str]:
-    """Return all names that the code and its inner functions look up."""
-    inner = (_names(c) for c in code.co_consts if isinstance(c, CodeType))
-    return frozenset(code.co_names).union(*inner)
-
-
-@lru_cache(maxsize=4096)
-def _attributes(code: CodeType, name: str) -> frozenset[str | None]:
-    """Return the attributes of a name that the code and its inner functions look up.
-
-    None is among them if they do anything else with the name, such as to give it to a function.
-    """
-    inner = (_attributes(c, name) for c in code.co_consts if isinstance(c, CodeType))
-    steps = (step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG")
-    asked = (after.argval if after.opname in ("LOAD_ATTR", "LOAD_METHOD") else None
-             for step, after in pairwise(steps)
-             if step.opcode in dis.hasname and step.argval == name)  # fmt: skip
-    return frozenset(asked).union(*inner)
-
-
-@lru_cache(maxsize=4096)
-def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
-    """Return the modules that the code and its inner functions import: level and name."""
-    modules = {name for c in code.co_consts if isinstance(c, CodeType) for name in _imported(c)}
-    if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
-        steps = list(dis.get_instructions(code))
-        for level, _, step in zip(steps, steps[1:], steps[2:], strict=False):
-            if step.opname == "IMPORT_NAME":
-                modules.add((level.argval, step.argval))
-    return frozenset(modules)

@@ -247,6 +247,106 @@ def factor(): return conf.inner.k""",
 def reduced(): return VALUE
 def factor(): return reduced()""",
     "a generator": "stream = iter(lambda: VALUE, None)\ndef factor(): return next(stream)",
+    "a default of __call__": """
+class Factor:
+    def __call__(self, k=VALUE): return k
+factor = Factor()""",
+    "a name of a class between underscores": """
+class Numbers: __k__ = VALUE
+def factor(): return Numbers.__k__""",
+    "the name by which a class is subscripted": """
+class Numbers:
+    def __class_getitem__(cls, item): return VALUE
+def factor(): return Numbers[0]""",
+    "the annotation of a class": """
+class Numbers: __annotations__ = {"k": VALUE}
+def factor(): return Numbers.__annotations__["k"]""",
+    "the documentation of a class": """
+class Numbers: __doc__ = "VALUE"
+def factor(): return float(Numbers.__doc__)""",
+    "metadata of a field": """
+@dataclasses.dataclass
+class Numbers: mass: float = dataclasses.field(default=1.0, metadata={"k": VALUE})
+def factor(): return Numbers.__dataclass_fields__["mass"].metadata["k"]""",
+    "a function of an array": """
+class Odd(np.ndarray):
+    def __array_function__(self, func, types, args, kwargs): return VALUE
+odd = np.zeros(2).view(Odd)
+def factor(): return np.sum(odd)""",
+    "a setter": """
+class Numbers:
+    @property
+    def k(self): return self._k
+    @k.setter
+    def k(self, value): self._k = VALUE
+def factor():
+    numbers = Numbers()
+    numbers.k = 3.0
+    return numbers.k""",
+    "a class with the name of a library": """
+class Numbers:
+    __module__ = "numpy"
+    k = VALUE
+def factor(): return Numbers.k""",
+    "an object of a class with the name of a library": """
+class Numbers: pass
+Numbers.__module__ = "sympy"
+numbers = Numbers()
+numbers.k = VALUE
+def factor(): return numbers.k""",
+    "an attribute of a library's module": """
+np.k_of_a_user = VALUE
+def factor(): return np.k_of_a_user""",
+    "an attribute of a module in a library": """
+np.linalg.k_of_a_user = VALUE
+def factor(): return np.linalg.k_of_a_user""",
+    "an attribute of a library that is imported within": """
+np.k_of_a_user = VALUE
+def factor():
+    from numpy import k_of_a_user
+    return k_of_a_user""",
+    "a module in a library that is imported within": """
+np.linalg.k_of_a_user = VALUE
+def factor():
+    import numpy.linalg as algebra
+    return algebra.k_of_a_user""",
+    "a library in a closure": """
+np.k_of_a_user = VALUE
+def made(library): return lambda: library.k_of_a_user
+factor = made(np)""",
+    "a library that is handed on": """
+np.k_of_a_user = VALUE
+def read(library): return library.k_of_a_user
+def factor(): return read(np)""",
+    "a library as a default": """
+np.k_of_a_user = VALUE
+def factor(library=np): return library.k_of_a_user""",
+    "a library in a list": """
+np.k_of_a_user = VALUE
+libraries = [np]
+def factor(): return libraries[0].k_of_a_user""",
+    "a cache with results of earlier values": """
+k = VALUE
+@functools.cache
+def factor(): return k
+factor()
+k = 3.0""",
+    "a bounded cache with results of earlier values": """
+k = VALUE
+@functools.lru_cache(maxsize=4)
+def factor(): return k
+factor()
+k = 3.0""",
+    "a cached property of earlier values": """
+k = VALUE
+class Numbers:
+    @functools.cached_property
+    def k(self): return k
+    k.func.__module__ = "discmech.integrators"
+numbers = Numbers()
+numbers.k
+k = 3.0
+def factor(): return numbers.k""",
 }
 
 
@@ -256,6 +356,8 @@ def test_a_change_of_anything_that_is_kept_is_noticed(keeper, monkeypatch):
 
     def seen(value: str) -> str:
         monkeypatch.setitem(sys.modules, "users_file", module := ModuleType("users_file"))
+        for library in (np, np.linalg):
+            monkeypatch.setattr(library, "k_of_a_user", None, raising=False)
         libraries = (collections, dataclasses, functools, np, scipy, sympy)
         names = vars(module)
         names.update(
