@@ -309,6 +309,10 @@ class CannotMeasure(BadInput):
     """The quantity does not exist for this scene (an energy without a Legendre inverse, say)."""
 
 
+class NotDecided(CannotMeasure):
+    """Neither an answer nor a proof that there is none: the message says what was tried."""
+
+
 SMALLER = "take a smaller step"
 
 

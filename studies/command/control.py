@@ -19,7 +19,8 @@ def add_to(commands: Any) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "control", help="a scene steered to its end at the least cost",
-        epilog="Exit codes: 0 a minimum was found, 2 bad input or an end out of reach.",
+        epilog="Exit codes: 0 a local minimum was found, 2 bad input or an end out of reach, "
+        "3 no minimum was found, which does not show that there is none.",
     )  # fmt: skip
     parser.add_argument(
         "problem", nargs="?", metavar="SCENE",
@@ -67,7 +68,8 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
     if getattr(options, "folder", None):
         write_run(options.folder, data, best)
     if options.json != "-":
-        print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g}, Newton's method "
+        print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g} (a local "
+              "minimum: others, from another path=, may cost less), Newton's method "
               f"{best.iterations} corrections, {data['seconds']:.3g} s")  # fmt: skip
         rows = ("x", "mu", "node_controls", "costates")
         for at in (0, -1):

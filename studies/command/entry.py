@@ -15,7 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import CouldNotRun, nearest, unknown
+from discmech.integrators.errors import CouldNotRun, NotDecided, nearest, unknown
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.places import settle
 
@@ -101,7 +101,7 @@ def _code_of(options: argparse.Namespace, farewell: Farewell) -> int:
         return int(options.action(options))
     except BadInput as error:
         print(f"discmech: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return INCONCLUSIVE if isinstance(error, NotDecided) else BAD_INPUT
     except StepFailure as error:
         print(f"discmech: {error}", file=sys.stderr)
         return FAIL

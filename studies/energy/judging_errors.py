@@ -28,8 +28,8 @@ def judge_errors(case: Case, record: Found, kept: bool = True) -> Verdict:
     edges = record.measured.edge_slopes
     if not kept:
         return Verdict("pass", "", {"not_demanded": case.scene.no_energy})
-    quarters = record.quarters or []
-    if band > LIMITS["wide"] and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
+    if comes_late(record):
+        quarters = record.quarters or []
         said = f"half of the run has {max(quarters[:2]) / band:.1%} of the error of the energy"
         if all(after >= 2 * before for before, after in itertools.pairwise(quarters)):
             return fail(f"{said}, and each quarter twice that before: it grows.")
@@ -61,6 +61,13 @@ def judge_errors(case: Case, record: Found, kept: bool = True) -> Verdict:
     said = f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
     said += f"which is {abs(slope) * duration / band:.0%} of its band."
     return drifting(said, slope * duration, expected)
+
+
+def comes_late(record: Found) -> bool:
+    """True if an error is wide, and was not there in the first half of the run."""
+    quarters = record.quarters or []
+    wide = record.band > LIMITS["wide"] and len(quarters) == 4
+    return wide and FAR * max(quarters[:2]) < record.band
 
 
 def _continues(drifts: Sequence[Sequence[float]]) -> bool:

@@ -33,7 +33,7 @@ from ..systems.moving_energy import may_end
 from ..systems.runs import FAR
 from . import balance, modified
 from .errors import LONGER, measured_errors, turns_of
-from .judging_errors import judge_errors
+from .judging_errors import comes_late, judge_errors
 from .judging_modified import NOT_BACK, of_long_run
 from .limits import LIMITS
 from .records import Found
@@ -128,6 +128,9 @@ def _measure(case: Case, progress: Progress) -> Found:
         return at_places or whole or modified.certain_drift(rows) is not None
 
     record = measured_errors(case, errors_of, is_enough)
+    if comes_late(record) and not case.rule.is_recorded:
+        half = round(record.duration / float(case.scene.step)) // 2
+        record = replace(record, before=_measure(replace(case, steps=half), progress))
     return _with_drift(replace(record, still=still, turns=turns, modified=along, beside=beside))
 
 

@@ -53,7 +53,8 @@ class Found:
     the run. drifts: the certain ones, (duration, slope, low, high), one per run. still: True if the
     motion comes to rest; turns: how often a coordinate turns. modified, beside: changes of the
     modified energy. slopes: those of ever longer runs. lost: the drift that lost digits explain.
-    balance_orders, way, steps: of energy less work; alone: the motion without its force.
+    balance_orders, way, steps: of energy less work; alone: the motion without its force; before:
+    a run of half as many steps, where the error comes late.
     """
 
     rows: Sequence[Row] = ()
@@ -72,6 +73,7 @@ class Found:
     way: float | None = field(default=None, metadata=OPTIONAL)
     steps: int | None = field(default=None, metadata=OPTIONAL)
     alone: Any = field(default=None, metadata=OPTIONAL)
+    before: Any = field(default=None, metadata=OPTIONAL)
     local: SingleSteps | None = None
 
     @property

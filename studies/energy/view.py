@@ -63,6 +63,11 @@ def _drift(case: Case) -> str:
     return scientific(case.measured.drift)
 
 
+def _end(case: Case) -> str:
+    """Return the time of the end of the run, or a dash."""
+    return NONE if case.details.duration is None else f"{case.details.duration:g}"
+
+
 def _wanders(case: Case) -> float | None:
     """Return how far the edges of the band rise at most, if that is why a drift passes; or None."""
     measured, limit, duration = case.measured, case.expected.slope_limit, case.details.duration
@@ -111,7 +116,7 @@ VIEW = View(
     measured=Measured, expected=Expected, row=Row,
     columns=[
         ("Drift over the run", _drift), ("Oscillation (band)", _band), ("Slope", _slope),
-        ("Slopes of the edges", _edges),
+        ("Slopes of the edges", _edges), ("To t", _end),
     ],
     got=_got, wanted=_wanted, short=_short, line=_line,
     sketches=_sketches, compared=lambda case: {"band": case.figures.get("band")},

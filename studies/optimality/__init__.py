@@ -21,7 +21,8 @@ STUDY = StudyFolder(
         "A problem of optimal control is solved with steps that are halved from solution to "
         "solution: what changes is the error of the coarser one, to the order of the rule. Each of "
         "states, costates and controls at the nodes has to have that order, and each solution is "
-        "checked to be a minimum. It can mislead: solutions may converge to a local minimum; what "
-        "they converge to is held against closed forms in the tests, not here."
+        "checked to be a local minimum; the next one begins there, so that all are of one branch. "
+        "It can mislead: another motion may cost less; what they converge to is held against "
+        "closed forms in the tests, not here."
     ),
 )

@@ -81,7 +81,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for k in range(MOST_LEVELS):
         progress(f"{case.scene.name} {case.label}: {count} steps", k / MOST_LEVELS)
         at = 0 if solutions and count < len(solutions[0].t) - 1 else len(solutions)
-        solutions.insert(at, problem.solve(count, case.rule))
+        near = solutions[min(at, len(solutions) - 1)] if solutions else None  # of one branch
+        solutions.insert(at, problem.solve(count, case.rule, near))
         count = 2 * (len(solutions[-1].t) - 1)
         if len(solutions) < LEVELS:
             continue

@@ -21,13 +21,17 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The lowest order, that of each kind of unknown, the kinds that change by round-off alone."""
+    """The lowest order, that of each kind of unknown, the kinds that change by round-off alone.
+
+    corrections: of each solution; cost: of the finest, a local minimum.
+    """
 
     order: float | None = None
     interval: Sequence[float] | None = None
     orders: Mapping[str, float | None] = field(default_factory=dict)
     exact: Sequence[str] = ()
     corrections: Sequence[int] = ()
+    cost: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

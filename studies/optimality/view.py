@@ -33,6 +33,10 @@ def _orders(case: Case) -> str:
     )
 
 
+def _figure(cost: float | None) -> str:
+    return NONE if cost is None else f"{cost:.6g}"
+
+
 def _short(case: Case) -> str:
     return NONE if case.measured.order is None else f"{case.measured.order:.3f}"
 
@@ -63,6 +67,7 @@ VIEW = View(
     measured=Measured, expected=Expected, row=Row,
     columns=[
         ("Orders", _orders),
+        ("Cost (a local minimum)", lambda case: _figure(case.measured.cost)),
         ("Corrections", lambda case: ", ".join(map(str, case.measured.corrections))),
     ],
     got=lambda case: plus_minus(case.measured.order, case.measured.interval),

@@ -86,6 +86,16 @@ def test_two_problems_of_one_scene_are_told_apart(tmp_path, monkeypatch, capsys)
     assert json.loads(capsys.readouterr().out)["cases"][0]["scene"] == "cart"
 
 
+def test_what_no_start_decides_is_no_bad_input(tmp_path, monkeypatch, capsys):
+    """The cost falls without a bound; so it is for other starts, which are not tried, to tell."""
+    monkeypatch.chdir(tmp_path)
+    falls = PROBLEM.replace("f.dot(f) / 2", "f[0] ** 2 - 400 * x[0] ** 2")
+    (tmp_path / "falls.py").write_text(falls, encoding="utf-8")
+    assert main(["control", "falls.py:push", "--steps", "10"]) == 3
+    assert main(["optimality", "falls.py:push", "--rule", "midpoint"]) == 3
+    assert "no minimum of the cost" in capsys.readouterr().out
+
+
 def test_a_cost_without_the_control_is_refused_in_words(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "free.py").write_text(PROBLEM.replace("f.dot(f) / 2", "1"), encoding="utf-8")

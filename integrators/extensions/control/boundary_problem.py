@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import BadInput
+from ...errors import BadInput, NotDecided
 from ...numbers import LazyModule, Matrix, Vector, over
 from .descent import descended, violation
 from .first_guess import End, Path, first_guess
@@ -242,7 +242,7 @@ def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, 
     """Return the first result of `newton` that is a minimum; starts: guesses by their names.
 
     The first start is tried as it is and by continuation in the effort, then each after a descent.
-    Raises `BadInput` with the reason why the first stationary motion is no minimum, or with what
+    Raises `NotDecided` with the reason why the first stationary motion is no minimum, or with what
     was tried and how far off the last motion is.
     """
     name, refusal = problem.stages.scene.name, None
@@ -265,7 +265,7 @@ def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, 
                 check_steered(name, problem, result[0])
                 check_minimum(name, problem)
             except OtherMotion as error:
-                refusal = refusal or BadInput(str(error))
+                refusal = refusal or error
             else:
                 return result
     if refusal is not None:
@@ -283,7 +283,7 @@ def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, 
         change = problem.size(problem.linearised(H)(*residual), nearest)
     check_bound(name, problem)
     check_steered(name, problem, nearest, found=False)
-    raise BadInput(
+    raise NotDecided(
         f"{name}: no minimum was found, which does not show that there is none: Newton's method "
         f"was begun at {' and at '.join(starts)}, by continuation in the effort and after a "
         f"descent. The nearest motion misses its equations by {off(nearest):.2g} of its size, "
@@ -293,8 +293,9 @@ def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, 
 
 
 def solve(
-    stages: ControlStages, end: End, duration: Fraction, steps: int, path: Path | None = None
-) -> Optimum:
+    stages: ControlStages, end: End, duration: Fraction, steps: int, path: Path | None = None,
+    near: Optimum | None = None,
+) -> Optimum:  # fmt: skip
     """Return the optimum of a control problem (`Control.solve`)."""
     name, at, n, m = stages.scene.name, stages.slices, stages.n, stages.m
     t = np.array([float(duration * k / steps) for k in range(steps + 1)])
@@ -303,7 +304,8 @@ def solve(
         z0, z1, fixed, guess = first_guess(stages, end, t, path)
         units, cost_unit = units_of(stages, z0, z1, guess, t)
         problem = BoundaryProblem(stages, z0, z1, fixed, h, t[:-1], units, cost_unit)
-        guesses = {"the path=" if path else "the straight arrow": guess}
+        guesses = {} if near is None else {"the motion near=": _along_motion(stages, end, t, near)}
+        guesses["the path=" if path else "the straight arrow"] = guess
         if end[0] is not None and n:
             with suppress(BadInput):  # a path may lead where no straight arrow does
                 guesses["a cubic to the end"] = first_guess(stages, end, t, None, cubic=True)[-1]
@@ -316,7 +318,7 @@ def solve(
         off = np.abs((z[-1] - problem.z1)[asked])
         if off.max(initial=0) > 1e-8 * (1 + np.abs(problem.z1).max()):
             missed = (off * units[problem.z][asked]).max()
-            raise BadInput(
+            raise NotDecided(
                 f"{name}: the motion that was found ends {missed:.3g} off the end, in a direction "
                 "in which no velocity moves it there: the end may be on another orbit of "
                 f"{stages.scene.groupoid.name}; give one that a motion from x0 meets, or a path=."
@@ -325,7 +327,7 @@ def solve(
         first = stages(rows[:1], t[:1], h)[0][0, problem.z]
         cost = stages.cost(rows, t[:-1], h)[0].sum()
     if not np.isfinite(cost):
-        raise BadInput(
+        raise NotDecided(
             f"{name}: the cost is not finite at the motion that was found; give more time, a "
             "nearer end or a path= along which it is finite."
         )
@@ -335,10 +337,10 @@ def solve(
     control_times = t[:-1, None] + h * np.array(stages.places)
     each = controls.reshape(-1, stages.controls).T
     nodes = np.transpose([_along(t, control_times.ravel(), values) for values in each])
-    near = np.hstack([u[[*range(steps), -1]], nodes])
+    beside = np.hstack([u[[*range(steps), -1]], nodes])
     try:
         with np.errstate(all="ignore"):
-            at_nodes = stages.at_nodes(states[:, :n], states[:, n:], costates[:, n:], t, near)
+            at_nodes = stages.at_nodes(states[:, :n], states[:, n:], costates[:, n:], t, beside)
     except np.linalg.LinAlgError:
         raise unbound(name) from None
     return Optimum(
@@ -347,6 +349,21 @@ def solve(
         cost=float(cost), iterations=iterations, correction=correction,
         scene=stages.scene, rule=stages.rule,
     )  # fmt: skip
+
+
+def _along_motion(stages: ControlStages, end: End, t: np.ndarray, near: Optimum) -> Parts:
+    """Return a start (z, p, v) along an optimum with other steps, by any rule."""
+
+    def at(values: np.ndarray, times: np.ndarray = t[1:]) -> np.ndarray:
+        return np.transpose([np.interp(times, near.t, column) for column in values.T])
+
+    path = at(near.x, t)
+    *_, (_, _, v) = first_guess(stages, end, t, dict(zip(t, path, strict=True)).__getitem__)
+    acted = stages.slices["w"].stop - stages.slices["w"].start
+    places = t[:-1, None] + np.diff(t)[:, None] * np.array(stages.places)
+    controls = at(near.node_controls, places.ravel()).reshape(len(v), -1)
+    v[:, acted : acted + controls.shape[1]] = controls
+    return at(np.hstack([near.x, near.mu])), at(near.costates), v
 
 
 def _along(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -95,15 +95,26 @@ class Control:
         assert self.controls is not None  # __post_init__ has checked this
         return stages_of(self.scene, self.cost, self.inputs, self.controls, rule)
 
-    def solve(self, steps: int, rule: Discretisation = midpoint) -> Optimum:
-        """Return the discrete motion with `steps` steps that is a minimum (`Optimum`).
+    def solve(
+        self, steps: int, rule: Discretisation = midpoint, near: Optimum | None = None
+    ) -> Optimum:
+        """Return a discrete motion with `steps` steps that is a local minimum (`Optimum`).
 
-        Raises `BadInput` if the end cannot be reached, the inputs do not steer it, the motion that
-        is found is no minimum, or none is found from any start (`boundary_problem.best_of`).
+        Others may cost less. near: an optimum with other steps, from which Newton's method begins,
+        so that both are of one branch. Raises `BadInput` if the end cannot be reached or the inputs
+        do not steer it, `NotDecided` if what is met is no minimum, or none is met from any start
+        (`boundary_problem.best_of`).
         """
         if type(steps) is not int or not 1 <= steps <= 10**6:
             raise BadInput(f"steps is {shown(steps)}: give a whole number from 1 to 10**6.")
-        return solve(self.stages(rule), self.end, self.duration, steps, self.path)
+        groupoid = self.scene.groupoid
+        sizes = [(groupoid.dim_x,), (groupoid.dim_u,), (self.controls,)]
+        given = [getattr(near, word, None) for word in ("x", "mu", "node_controls")]
+        if near is not None and [getattr(e, "shape", ())[1:] for e in given] != sizes:
+            raise BadInput(
+                f"near= is no solution of {self.scene.name}: give what its solve returned."
+            )
+        return solve(self.stages(rule), self.end, self.duration, steps, self.path, near)
 
     def with_values(self, **changes: Any) -> Control:
         """Return a copy with some fields changed."""

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ...errors import BadInput
+from ...errors import BadInput, NotDecided
 
 #: the class of this name in boundary_problem.py, which imports this file
 BoundaryProblem: TypeAlias = Any
@@ -26,7 +26,7 @@ REACHED = 1e-6  # the share of its terms by which an end is off, far above round
 UNMOVED = 1e-10  # the same for a Gramian in units in which each state is moved by 1
 
 
-class OtherMotion(BadInput):
+class OtherMotion(NotDecided):
     """A stationary motion is not the one that is asked for; another start may lead to that."""
 
 
@@ -132,7 +132,7 @@ def check_steered(
 
 
 def check_minimum(name: str, problem: BoundaryProblem) -> None:
-    """Raise `BadInput` if the stationary motion is not a minimum."""
+    """Raise `NotDecided` if the stationary motion is not a minimum."""
     (A, G, Q), (_, basis), steps = problem.steps, _ends(problem), problem.N
     inner = problem.hessian[:, problem.v][:, :, problem.v]
     W = _gramians(A, G, Q)
@@ -145,7 +145,7 @@ def check_minimum(name: str, problem: BoundaryProblem) -> None:
             values = np.linalg.eigvalsh(reduced)
             least = abs(values).min(axis=1)
             if (least <= SINGULAR * abs(reduced).max()).any():
-                raise BadInput(
+                raise NotDecided(
                     f"{name}: the second derivative of the cost by its controls vanishes in step "
                     f"{int(least.argmin())} of the motion that was found, so a minimum cannot be "
                     "told; take one step more or fewer, or add a small multiple of f.dot(f)."

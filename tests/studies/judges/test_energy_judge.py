@@ -126,6 +126,19 @@ def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
     )
 
 
+@pytest.mark.parametrize(("drift", "said"), [
+    (0.1, ("fail", "over t = 50, which is 50% of its band.")),
+    (0.01, ("inconclusive", "half of the run has 25.0% of the error of the energy")),
+])  # fmt: skip
+def test_a_drift_of_half_of_the_run_is_one_of_a_run_whose_error_grows(drift, said):
+    """A longer run takes no drift back, although its last quarters have most of its error."""
+    half = {"band": 0.2, "slope": drift / 50, "slope_interval": (1e-9, 1), "edge_slopes": None}
+    before = {"measured": half, "duration": 50.0}
+    verdict, reason, _ = energy_of(band=ABOVE * 0.8, quarters=[0.1, 0.2, 0.3, 0.4], before=before)
+    assert (verdict, said[1] in reason) == (said[0], True)
+    assert energy_of(band=0.8, quarters=[0.1, 0.2, 0.3, 0.4], before=before)[0] == "pass"
+
+
 def test_the_balance_of_energy_and_work(monkeypatch):
     of = case(scene={"force": 1})
     monkeypatch.setattr(balance, "wanted", lambda case, *_: {"balance_order": 1.95})

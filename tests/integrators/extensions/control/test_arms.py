@@ -5,7 +5,8 @@ import pytest
 import sympy
 from scipy import optimize
 
-from discmech import BadInput, Control, Scene, midpoint, pair
+from discmech import Control, Scene, midpoint, pair
+from discmech.integrators.errors import NotDecided
 from tests.integrators.extensions.control.test_control import effort
 
 END, STEPS = np.array([1.2, 2.0]), 16
@@ -88,6 +89,6 @@ def test_an_end_that_none_reaches_is_not_said_to_be_out_of_reach():
 
     scene = Scene("two", pair(2), lagrangian, x0=[0, 0], v0=[0, 0], duration=2)
     problem = Control(scene, effort, ([1, 1], [0, 0]), lambda x, v, f, p: [f[0], 0], 1)
-    with pytest.raises(BadInput, match=r"does not show that there is none: .* cubic") as raised:
+    with pytest.raises(NotDecided, match=r"does not show that there is none: .* cubic") as raised:
         problem.solve(10)
     assert "reached" not in str(raised.value)

@@ -292,6 +292,22 @@ def test_a_drive_of_a_known_time_is_seen():
     )
 
 
+def test_a_solution_begun_near_another_is_of_its_branch():
+    """Past a hill below the line there are two ways; near a coarse one the other is not met."""
+
+    def cost(x, v, f, p):
+        return f.dot(f) / 2 + 100 * sympy.exp(-20 * ((x[0] - 0.5) ** 2 + (x[1] + 0.1) ** 2))
+
+    def above(t):
+        return [t, 4 * t * (1 - t)]
+
+    problem = Control(plane(), cost, ([1, 0], [0, 0]))
+    coarse = problem.with_values(path=above).solve(20, gauss(2))
+    alone, near = problem.solve(40), problem.solve(40, near=coarse)
+    assert alone.x[20, 1] < 0 < near.x[20, 1]
+    assert abs(near.cost / coarse.cost - 1) < 0.01
+
+
 def test_a_motion_that_grows_is_steered():
     """A swing-up that takes 20 units of time: e²⁰ hides from a Gramian what its last steps do."""
     pendulum = scenes.get("pendulum").with_values(x0=[0], v0=[0], symmetries=())

@@ -29,6 +29,13 @@ def test_a_negative_weight_has_no_minimum():
         Control(mass(), effort, ([1], [0])).solve(10, discretisation(order=2)(negative_middle))
 
 
+@pytest.mark.parametrize("near", [20, lambda: Control(plane(), effort, ([1, 0], [0, 0])).solve(9)])
+def test_a_start_near_another_problem_is_refused(near):
+    near = near() if callable(near) else near
+    with pytest.raises(BadInput, match=r"near= is no solution of mass: "):
+        Control(mass(), effort, ([1], [0])).solve(10, near=near)
+
+
 REST = scenes.get("rigid-body").with_values(v0=[0, 0, 0], symmetries=())
 HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
 
