@@ -6,17 +6,33 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from discmech import Scene, black_box, pair, recorded
 
 
-@black_box(order=2)
+@black_box(order=2, symplectic=True)
 def verlet(q, p, h, system):
     """Störmer and Verlet: sound where the scene is."""
     p = p - h / 2 * system.gradient(q, p)
     q = q + h * system.velocity(q, p)
     return q, p - h / 2 * system.gradient(q, p)
 
+
+@black_box(order=2, symplectic=True)
+def damped(q, p, h, system):
+    """The same, which loses a millionth of its momentum in a unit of time."""
+    return verlet.formula(q, (1 - 1e-6 * h) * p, h, system)
+
+
+KNOTS = np.linspace(-4, 4, 61)
+TABLE = CubicSpline(KNOTS, -np.cos(KNOTS))
+SLOPE = TABLE.derivative()
+table = Scene(
+    name="table", groupoid=pair(1), x0=["1"], mu0=["0.3"], duration=10, step="0.1",
+    numeric_hamiltonian=lambda q, p: p[0] ** 2 / 2 + float(TABLE(q[0])),
+    gradient=lambda q, p: (SLOPE(q), p),
+)  # fmt: skip
 
 wrong = Scene(
     name="wrong-gradient", groupoid=pair(1), x0=["1"], mu0=["0.3"], duration=10, step="0.1",

@@ -4,12 +4,16 @@ A_w, the difference of order 8 with the width w, has a truncation error O(w⁸) 
 map divided by w. Neighbouring widths differ by more than the truncation error as soon as it falls,
 which measures it; the noise is measured by differences of high order along a short line, in which a
 smooth function cancels (Moré, Wild, SIAM J. Sci. Comput. 33 (2011), 1292).
+
+At a knot of a spline the error of A_w falls as a low power of w, and of several knots it may be the
+same by chance at neighbouring widths. Wide and narrow stencils, each with the noise on lines of its
+own length, therefore have to agree (`RANGES`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb, factorial
 
 import numpy as np
@@ -21,7 +25,11 @@ Map = Callable[[Vector], Vector]
 #: weights of f(z + iw) − f(z − iw), over w: exact for polynomials of degree 8
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 #: widths relative to the scale, the widest first; with it the stencil reaches as far as the scale
-WIDTHS = [2.0**-k for k in range(2, 17)]
+WIDTHS = [2.0**-k for k in range(2, 21)]
+#: widths that are compared with each other: for each range the level of noise is that on one line
+#: less, since a stencil of 8 w < 2⁻⁹ meets few of the knots on a line of 24 2⁻⁹, and one of 2⁻¹³
+#: few of those on 24 2⁻¹⁴
+RANGES = (slice(0, 15), slice(10, 17), slice(14, 19))
 PARTS = sorted({i * w for i in WEIGHTS for w in WIDTHS})
 # round-off of a difference, in units of the noise over w
 ROUND_OFFS = 2 * sum(map(abs, WEIGHTS.values()))
@@ -48,11 +56,12 @@ class Noise:
 
     level: the standard deviation of its round-off. jump: the largest jump between neighbouring
     points, such as that of an iteration that stops after another number of steps; 0 if none stands
-    out.
+    out. finer: the noise on the shorter lines alone.
     """
 
     level: Vector
     jump: Vector
+    finer: Noise | None = None
 
     def rough(self, values: Matrix) -> Vector:
         """Return the largest error of each entry of such values (r, k), by noise or rounding."""
@@ -118,12 +127,13 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
     random = np.random.default_rng(seed)
     way = random.standard_normal(len(z)) * scale / max(1.0, len(z) ** 0.5)
     value = f(z)
-    level = unit * np.abs(value)
-    jump = np.zeros_like(value)
-    for width, smooth in zip(SPACINGS, SMOOTH, strict=True):
+    of = Noise(unit * np.abs(value), np.zeros_like(value))
+    for width, smooth in reversed([*zip(SPACINGS, SMOOTH, strict=True)]):
+        level, jump = of.level, of.jump
         line = images(f, [z + (i - LINE // 2) * width * way for i in range(LINE)])
         rows = _sixth(line)
         if not rows.any():
+            of = Noise(level, jump, of)
             continue
         usual, most = np.median(rows, axis=0), rows.max(axis=0)
         # the rounding of the argument causes no jump: near a pole its effect is far larger than the
@@ -148,7 +158,8 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
                 fine = [z + (first + i / finer) * width * way for i in range(ORDER * finer + 1)]
                 beyond &= _sixth(images(f, fine)).max(axis=0) > most / 3
         jump = np.where(beyond, np.maximum(jump, most / comb(ORDER, ORDER // 2)), jump)
-    return Noise(level, jump)
+        of = Noise(level, jump, of)
+    return of
 
 
 def jump_on(f: Callable[[float], Vector], a: float, b: float, count: int, size: Vector) -> Vector:
@@ -183,20 +194,19 @@ def _sixth(line: Matrix) -> Matrix:
 def derivative(f: Map, size: int, scale: Vector, noise: Noise) -> Derivative:
     """Return the derivative at 0 of f: R^l → R^size; its arguments vary over scale (l,)."""
     f, steps = guarded(f, size), 2.0 ** np.floor(np.log2(scale))
-    rough, most = ROUND_OFFS * (FARTHEST * noise.level + noise.jump), steps.max(initial=0.0)
+    most = steps.max(initial=0.0)
     value, error = np.empty((size, len(scale))), np.empty((size, len(scale)))
     with np.errstate(all="ignore"):
         for j, way in enumerate(np.diag(steps)):
-            value[:, j], error[:, j] = _along(f, way, steps[j], rough, most)
+            value[:, j], error[:, j] = _along(f, way, steps[j], noise, most)
     value[~np.isfinite(error)] = 0.0
     return Derivative(value, error)
 
 
-def _along(f: Map, way: Vector, d: float, rough: Vector, most: float) -> tuple[Vector, Vector]:
+def _along(f: Map, way: Vector, d: float, noise: Noise, most: float) -> tuple[Vector, Vector]:
     """Return the slope of f at 0 along a way of the length d, and its errors.
 
-    rough: the noise of a difference; most: the longest way. The widths are powers of 2 and share
-    points.
+    most: the longest way. The widths are powers of 2 and share points.
     """
     rows = np.outer(PARTS, way)
     seen = dict(zip(PARTS, images(f, rows) - images(f, -rows), strict=True))
@@ -207,14 +217,8 @@ def _along(f: Map, way: Vector, d: float, rough: Vector, most: float) -> tuple[V
         return seen[part]
 
     slopes = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d) for w in WIDTHS])
-    gaps = np.abs(np.diff(slopes, axis=0))
-    off = np.maximum(gaps[:-1], gaps[1:])
-    off = off + rough / (np.array(WIDTHS[1:-1])[:, None] * d)
-    off += EPS * np.abs(slopes[1:-1])
-    off[~np.isfinite(off)] = np.inf
-    best = off.argmin(axis=0)
-    value = np.take_along_axis(slopes[1:-1], best[None], 0)[0]
-    error = np.take_along_axis(off, best[None], 0)[0]
+    rough = _rough(noise)
+    value, error, best = _best(slopes, RANGES[0], rough / d)
     # An argument that moves little may be smooth over a far larger width: otherwise the round-off
     # of a light body's large coordinates would drown the small ones of a heavy body. A wider width
     # counts only if each one before it did, and within the error known so far: far away a function
@@ -227,4 +231,27 @@ def _along(f: Map, way: Vector, d: float, rough: Vector, most: float) -> tuple[V
         better &= (off < error) & (np.abs(here - value) <= error)
         value[better], error[better] = here[better], off[better]
         before, here, width = here, wider, 2 * width
+    for narrow in RANGES[1:]:
+        noise = replace(noise.finer or noise, jump=noise.jump)
+        other, off, _ = _best(slopes, narrow, _rough(noise) / d)
+        apart = np.abs(other - value)
+        differ = apart > error + off  # one of them is wrong: their distance is the other's error
+        value = np.where((off < error) & ~differ, other, value)
+        error = np.where(differ, apart + np.maximum(error, off), np.minimum(error, off))
     return value, error
+
+
+def _rough(noise: Noise) -> Vector:
+    """Return the largest effect of noise on a difference, times its width."""
+    return ROUND_OFFS * (FARTHEST * noise.level + noise.jump)
+
+
+def _best(slopes: Matrix, of: slice, rough: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return the slopes of such widths that are surest, their errors, and which they are."""
+    slopes, widths = slopes[of], np.array(WIDTHS[of])[1:-1, None]
+    gaps = np.abs(np.diff(slopes, axis=0))
+    off = np.maximum(gaps[:-1], gaps[1:]) + rough / widths + EPS * np.abs(slopes[1:-1])
+    off[~np.isfinite(off)] = np.inf
+    best = off.argmin(axis=0)
+    value, error = (np.take_along_axis(a, best[None], 0)[0] for a in (slopes[1:-1], off))
+    return value, error, best

@@ -7,6 +7,7 @@ import types
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from discmech import BadInput, Scene, Scheme, black_box, external, pair, recorded, scenes
 from discmech.integrators import rules
@@ -142,6 +143,29 @@ def test_a_small_coordinate_is_seen_beside_a_large_one():
 
     found = derivative(flat, 1, scale, noise_of(flat, np.zeros(2), scale, 2.0**-53))
     assert abs(found.value[0, 0] - 1e3) <= found.error[0, 0] < 1e-3
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_slope_beside_the_knots_of_a_spline_is_within_its_error(degree):
+    """Several knots may err alike at neighbouring widths, and are no noise of narrow stencils."""
+    random, close = np.random.default_rng(degree), 0
+    for seed in range(24):
+        x = np.linspace(-4, 4, int(2 ** random.uniform(4, 10)))
+        kick = make_interp_spline(x, np.sin(x) * (1 + np.cos(7 * x) / 3), degree)
+        slope, (h, q, p) = kick.derivative(), random.uniform((0.3, -1.2, -1.2), (1, 1.2, 1.2))
+
+        def step(y, h=h, q=q, p=p, kick=kick):
+            half = p + y[1] - h / 2 * kick(q + y[0])
+            end = q + y[0] + h * half
+            return np.array([end, half - h / 2 * kick(end)])
+
+        scale = np.full(2, 2.0)
+        of = derivative(step, 2, scale, noise_of(step, np.zeros(2), scale, 2.0**-53, seed))
+        kicks = [np.array([[1, 0], [-h / 2 * slope(at), 1]]) for at in (q, step(np.zeros(2))[0])]
+        gap = np.abs(of.value - kicks[1] @ [[1, h], [0, 1]] @ kicks[0])
+        assert (gap <= of.error).all()
+        close += of.error.max() < 1e-9
+    assert close > 12
 
 
 @pytest.mark.slow
