@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from types import SimpleNamespace
 
+from discmech import black_box
 from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence.judging import broken
 from discmech.studies.evidence.laws import FORM
@@ -19,7 +20,8 @@ def quantity(name, stretch=None):
 def momentum_of(monkeypatch, drift, kept, measured=None, steps=10**6, substeps=1, **more):
     monkeypatch.setattr(momentum, "kept_in", lambda case: kept)
     monkeypatch.setattr(momentum, "measured_in", lambda case: measured or kept)
-    of = case(more.pop("digits", 16), substeps=[1] * substeps)
+    of = case(more.pop("digits", 16), substeps=[1] * substeps,
+              **{k: more.pop(k) for k in ("rule",) if k in more})  # fmt: skip
     return judged("momentum", of, measured={"drift": drift}, steps=steps, **more)
 
 
@@ -87,3 +89,17 @@ def test_a_quantity_with_the_name_of_a_law_has_its_own_words():
     assert "changes form by 0.001" in said and "defect" not in said
     beside = broken(FORM.name, replace(one, name="poisson", on_motion=False), 7)
     assert "has a poisson defect of 0.001" in beside and "drawn beside the motion" in beside
+
+
+def test_a_program_may_round_alike_as_far_as_shorter_steps_show_it(monkeypatch):
+    """By twice what they lose, and never by more than four roundings a step."""
+    kept, eps = [quantity("J")], 2.0**-53
+    own = black_box(order=2, name="program", keeps="J")(lambda q, p, h: (q, p))
+    limit = eps * (5 / math.sqrt(3) * 1000 + 2)
+    for lost, most in ((1e-12, 2e-12), (1e-6, 4e6 * eps)):
+        for side, verdict in ((BELOW, "pass"), (ABOVE, "fail")):
+            drift = {"J": side * (limit + most)}
+            told = momentum_of(monkeypatch, drift, kept, lost=lost, rule=own)
+            assert told[0] == verdict
+            if verdict == "pass":
+                assert told[2]["limit"] == told[2]["limits"]["J"] == close(limit + most)

@@ -11,7 +11,7 @@ from discmech.integrators.rules import get as rule
 from discmech.studies.order import judging, window
 from discmech.studies.order.limits import tolerance
 from discmech.studies.order.records import Row
-from tests.studies.judges.by_hand import ABOVE, case, close, judged
+from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 
 def ladder(errors, used=(), ratio=2.0):
@@ -52,7 +52,7 @@ def test_a_pass_of_runs_that_were_cut_says_up_to_when():
 ])  # fmt: skip
 def test_a_high_order_in_doubles_may_be_that_of_a_sum_of_powers(order, found, digits, verdict):
     said = order_of(found, case(digits, order=order), ladder([]))
-    assert said[0] == verdict and ("of both powers" in said[1]) == (verdict == "inconclusive")
+    assert said[0] == verdict and ("8 and 9, as the order" in said[1]) == (verdict != "fail")
 
 
 def test_as_far_as_the_tolerance_is_near_enough():
@@ -110,6 +110,7 @@ def test_runs_without_an_order():
     some = [*failed, *ladder([1e-3, 1e-4])]
     verdict, reason, _ = order_of(None, rows=some)
     assert verdict == "inconclusive" and "the reference has 14 certain digits), or" in reason
+    assert reason.endswith("judge it by --digits 50.")
     assert order_of(None, case(50), rows=some)[1].endswith("judge it by --digits 80.")
     floor = window.floor(case(), 14)
     for factor, said in ((1.0, "exact on this scene"), (ABOVE, "fewer than four")):
@@ -222,6 +223,26 @@ def test_one_step_denies_what_runs_do_not_see():
     assert "higher than declared" not in order_of(3.0, local=local(2 + 0.99 * beside))[1]
     assert "higher than declared" not in order_of(1.5, local=local(3.0))[1]
     assert "higher than declared" not in order_of(None, rows=ladder([1e-3]), local=local(3.0))[1]
+
+
+def test_single_steps_whose_errors_add_up_excuse_runs_that_resolve_nothing():
+    """By 2⁻³ of the state here: the rate times the duration and the square of the finest step."""
+    rows = ladder([0.9, 0.8, 0.7, 0.6])
+    for rate, verdict in ((0.32, "inconclusive"), (0.32 * BELOW, "fail"), (None, "fail")):
+        local = {"order": 2.0, "component": "x", "step": 1e-6, "rate": rate}
+        whole = case(scene={"duration": 4, "contact": None})
+        told = order_of(1.0, whole, rows, local=local, duration=4.0)
+        assert told[0] == verdict and ("up to 0.02 of" in told[1]) == (verdict != "fail")
+
+
+def test_an_effective_order_has_its_own_steps():
+    declared = case(rule=replace(rule("midpoint"), effective=4))
+    steps = {"order": 2.0, "component": "x", "step": 1e-6}
+    assert order_of(2.0, declared, local=steps)[0] == "inconclusive"
+    for reached, verdict in ((4.0, ""), (2.0, "fail")):
+        effective = {"verdict": verdict, "reason": "so", "reached": reached}
+        told = order_of(2.0, declared, local={**steps, "effective": effective})
+        assert (told[0], told[1]) == (verdict or "pass", "so")
 
 
 def test_multipliers_on_no_line():
