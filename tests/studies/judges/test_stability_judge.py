@@ -29,6 +29,12 @@ def test_the_interval_of_stability():
         assert told[2] == {"off_circle": True}
 
 
+def test_a_steady_turn_may_move_to_an_unstable_one():
+    for turns, verdict in ((True, "inconclusive"), (False, "fail")):
+        told = cells("mine", stable_to=0.4, turns=turns)
+        assert told[0] == verdict and ("give a start at rest" in told[1]) == turns
+
+
 def cells(name, *rows, control=None, **measured):
     rows = [dict(zip(("class", "z", "stiffness"), row, strict=True)) for row in rows]
     classes = {row["class"]: 1 for row in rows}
