@@ -1,11 +1,12 @@
-"""Compare a result with an earlier one saved under a name: worse, equal, better, or undecided.
+"""Compare a result with an earlier one saved under a name: worse, better, equal, or undecided.
 
 Each lies in a sealed file of its own, `baseline_folder()`/NAME/STUDY.json: it cannot be made again,
 so it is not part of the cache.
 
 Verdicts are compared, and figures: an order with the tolerance of its verdict, a time with its
 quartiles, the energy's band to its random spread, and errors at equal steps, which with many digits
-have no spread. Two figures differ if their spreads do not meet, times if they are a factor of
+have no spread. Where nothing but the verdict and the order can be compared, that is the answer. Two
+figures differ if their spreads do not meet, times if they are a factor of
 `APART` from each other; times are compared only on one machine with equal versions.
 """
 
@@ -28,7 +29,8 @@ from .outcome import VERDICTS
 from .records import Json
 from .result import SCHEMA, AnyResult, StudyResult, study_result_of
 
-ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
+#: in the order in which they are shown
+ANSWERS = ("worse", "cannot tell", "better", "same verdict", "equal")
 #: eight scenes timed again six times, by one process or two, without any change, on cores that
 #: others use: quartiles of equal cases were up to 1.31 from each other
 APART = 1.5
@@ -214,9 +216,10 @@ def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> t
         if what == BAND and _far(a[1], b[1]):
             near = "a run of chaotic motion may have another by chance"
             return "cannot tell", f"{what}: {_shown(a)}, now {_shown(b)}, and {near}"
-    return "equal", ""
+    return "equal" if any(line[1] != DISTANCE for line in lines) else "same verdict", ""
 
 
+DISTANCE = "distance from the expected order"
 BAND = "oscillation of the energy"
 #: largest relative error of a band: those of eight runs of 2·10⁵ steps that begin within 10⁻⁹ of
 #: each other were 0.6 % apart at most in chaotic motion (double-pendulum), and 3·10⁻⁶ in regular
@@ -225,6 +228,9 @@ WIDER = 1.1
 KEPT = 1e-10  # a smaller band is round-off, perhaps of a long walk
 # factor for a band of regular motion, and for an error of a run with other round-off
 NEARLY = 1.001
+#: the same for an error in doubles: with their round-off the points of a fit are within 0.012
+#: (log₂, 0.8 %) of a line, but for errors below 2¹² floors, which are covered by 10⁶ roundings
+IN_DOUBLES = 1.01
 #: digits from which an error at a step is a figure without a spread, and the round-off in it
 EXACT, ROUNDED = 30, 1e6
 #: least and largest value of a figure, as distances from the best
@@ -237,15 +243,17 @@ def _spreads(case: AnyResult) -> dict[str, Spread]:
     order, wanted = case.figures.get("order"), case.wanted.get("order")
     if order is not None and wanted is not None:
         gap, room = abs(order - wanted), case.wanted["tolerance"]
-        spreads["distance from the expected order"] = max(gap - room, 0.0), gap + room
+        spreads[DISTANCE] = max(gap - room, 0.0), gap + room
     band = case.figures.get("band")
     if band is not None and "balance_order" not in case.figures:
         spreads[BAND] = band / WIDER - KEPT, band * WIDER + KEPT
     for row in case.data:
         error = row.get("error")
-        if case.digits >= EXACT and error is not None and row.get("steps") is not None:
-            off = ROUNDED * 10.0**-case.digits
-            spreads[f"error at {row['steps']} steps"] = error / NEARLY - off, error * NEARLY + off
+        many = case.digits >= EXACT
+        # in doubles those alone that a fit takes, which are above the floor of round-off
+        if error is not None and row.get("steps") is not None and (many or row.get("used")):
+            off, near = ROUNDED * 10.0**-case.digits, NEARLY if many else IN_DOUBLES
+            spreads[f"error at {row['steps']} steps"] = error / near - off, error * near + off
         if row.get("seconds_low") is not None:
             what = row.get("setting", row.get("variant"))
             spreads[f"time at {what}"] = row["seconds_low"], row["seconds_high"]

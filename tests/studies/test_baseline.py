@@ -32,8 +32,8 @@ def timed(low, high):
     return case(rows=[{"setting": "h = 0.1", "seconds_low": low, "seconds_high": high}])
 
 
-def with_errors(*errors, digits=50):
-    rows = [{"steps": 10 * 2**k, "error": e} for k, e in enumerate(errors)]
+def with_errors(*errors, digits=50, used=True):
+    rows = [{"steps": 10 * 2**k, "error": e, "used": used} for k, e in enumerate(errors)]
     return case(rows=rows, digits=digits)
 
 
@@ -48,7 +48,10 @@ def banded(band):
     (with_errors(1e-3, 2.5e-4), with_errors(1e-3, 2.5e-4), "equal"),
     (with_errors(1e-3, 1e-46), with_errors(1e-3, 3e-46), "equal"),  # round-off
     (with_errors(1e-3, 2.5e-4), with_errors(2e-3, 1e-4), "cannot tell"),
-    (with_errors(1e-3, digits=16), with_errors(2e-3, digits=16), "equal"),
+    (with_errors(1e-3, digits=16), with_errors(1.1e-3, digits=16), "worse"),
+    (with_errors(1e-3, 2e-11, digits=16), with_errors(1.01e-3, 9e-11, digits=16), "equal"),
+    (with_errors(1e-3, digits=16, used=False), with_errors(2e-3, digits=16, used=False),
+     "same verdict"),
     (case(), case(order=0.998, expected={"order": 1, "tolerance": 0.05}), "worse"),
     (case(), case(order=4.001, expected={"order": 4, "tolerance": 0.05}), "better"),
     (banded(1e-3), banded(46e-3), "worse"),
@@ -66,15 +69,15 @@ def answers(then, now):
 
 
 @pytest.mark.parametrize(("then", "now", "answer"), [
-    (case(), case(), "equal"),
+    (case(), case(), "same verdict"),
     (case(), case(verdict="fail"), "worse"),
     (case(), case(verdict="inconclusive"), "worse"),
     (case(verdict="inconclusive"), case(verdict="fail"), "worse"),
     (case(verdict="fail"), case(), "better"),
-    (case(order=2.001), case(order=2.04), "equal"),  # within what the verdict allows
+    (case(order=2.001), case(order=2.04), "same verdict"),  # within what the verdict allows
     (case(order=2.0), case(order=1.8), "worse"),
     (case(order=1.8), case(order=2.0), "better"),
-    (case(order=None), case(order=2.0), "equal"),
+    (case(order=None), case(order=2.0), "same verdict"),
     (timed(1.0, 1.2), timed(1.1, 1.3), "equal"),
     (timed(1.0, 1.2), timed(1.3, 1.4), "cannot tell"),
     (timed(1.0, 1.2), timed(0.7, 0.9), "cannot tell"),
@@ -97,7 +100,7 @@ def test_times_of_another_machine_cannot_be_told_and_the_difference_is_named():
 def test_the_worse_come_first_and_cases_of_one_side_cannot_be_told():
     then = result(case("a"), case("b"), case("c"), case("d", verdict="fail"))
     now = result(case("a"), case("e"), case("c", verdict="fail"), case("d"))
-    assert answers(then, now) == ["worse", "cannot tell", "cannot tell", "better", "equal"]
+    assert answers(then, now) == ["worse", "cannot tell", "cannot tell", "better", "same verdict"]
 
 
 def test_a_baseline_of_other_cases_is_refused():
