@@ -116,6 +116,7 @@ _REMEDIES = (
      "the third argument is p, the parameters, one of them p.name; the time is a fourth, t"),
     ("NDimArray", "x and u are sympy's columns: write x + h*u/2 as it is, without numpy"),
     ("[Ii]ndex.* out of range", "fix it: of n entries the last is number n - 1"),
+    ("No module named", "import it at the top of its file: only while that runs its folder counts"),
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
     (r"Matrix size mismatch: \(\d+, 1\) \+ ",

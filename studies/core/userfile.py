@@ -303,12 +303,19 @@ def _neighbours(file: Path, source: bytes) -> dict[Path, bytes]:
     """Return the texts of the files that a source imports from its folder, or that these import.
 
     They are found by the texts, so that every process finds the same, whatever it loaded before.
+    Raises `BadInput` for one of a standard module's name: what was loaded before decides which of
+    the two an import finds.
     """
     texts, pending = {file: source}, [file]
     while pending:
         place = pending.pop()
-        for each in _imported(place, texts[place], file.parent):
-            if each not in texts and each.is_file():
+        for each in filter(Path.is_file, _imported(place, texts[place], file.parent)):
+            if (top := _name_of(each, file.parent).partition(".")[0]) in sys.stdlib_module_names:
+                raise BadInput(
+                    f"{each} has the name of a standard module, {top}, and one of them hides the "
+                    "other: rename it."
+                )
+            if each not in texts:
                 texts[each] = each.read_bytes()
                 pending.append(each)
     del texts[file]

@@ -417,3 +417,12 @@ def test_a_helper_that_was_changed_is_run_again(tmp_path):
     again = load(str(file))
     assert (first.variables["G"], again.variables["G"]) == (1, 25)
     assert again.digest != first.digest
+
+
+@pytest.mark.parametrize("name", ["tabnanny", "statistics"])  # one is loaded, the other is not
+def test_a_neighbour_of_a_standard_module_s_name_is_refused(name, tmp_path):
+    """Which of the two was imported depended on what the process had loaded before."""
+    (tmp_path / f"{name}.py").write_text("K = 1")
+    (tmp_path / "mine.py").write_text(f"from {name} import K")
+    with pytest.raises(BadInput, match=f"{name}.py has the name of a standard module.*rename it"):
+        load(str(tmp_path / "mine.py"))

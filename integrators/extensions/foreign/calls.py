@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ...errors import RAISED, BadInput, Displaced, StepFailure, at_line, line_of
+from ...errors import RAISED, BadInput, Displaced, StepFailure, at_line, line_of, remedy
 from ...numbers.types import Number, Vector
 from .signatures import functions_of, takes_system
 
@@ -250,6 +250,7 @@ class Calls:
         said = " ".join(str(error).split())[:200]
         if k == 0 and isinstance(error, SLIPS):
             said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
+            said += f": {remedy(error)}" * isinstance(error, ImportError)
             return BadInput(
                 f"{begun}the black box {self.box.name} could not be run: {type(error).__name__}: "
                 f"{said}."

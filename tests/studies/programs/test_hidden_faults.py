@@ -133,6 +133,7 @@ def test_a_way_back_may_change_what_it_is_given():
     (lambda q, p, h, s: (q + 0j, p), "complex"),
     (lambda q, p, h, s: (s.gradient(q), p), r"could not be run: TypeError: .* take \(q, p\)"),
     (lambda q, p, h, s: (q + unknown, p), "could not be run: NameError"),  # noqa: F821
+    (lambda q, p, h, s: __import__("beside"), r"No module.*: import it at the top of its file"),
 ])  # fmt: skip
 def test_an_answer_of_another_kind_is_one_sentence(step, said):
     box = black_box(name="odd")(step)
