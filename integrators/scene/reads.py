@@ -96,7 +96,7 @@ MOST = 20_000  # largest number of parts of an object that is remembered
 #: a program's step may call anything in these packages except what reads files, clocks or chance
 _PURE = frozenset((
     "__future__", "_operator", "abc", "builtins", "cmath", "collections", "copyreg", "dataclasses",
-    "decimal", "discmech", "enum", "fractions", "functools", "itertools", "math", "mpmath",
+    "decimal", "discmech", "enum", "fractions", "functools", "gmpy2", "itertools", "math", "mpmath",
     "numbers", "numpy", "operator", "scipy", "statistics", "sympy", "types", "typing",
 ))  # fmt: skip
 _OUTSIDE = frozenset((

@@ -21,15 +21,13 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Lattice, Scheme, scenes
-from discmech.integrators.compiler import text_key
 from discmech.integrators.extensions.control import scenes as problems
-from discmech.integrators.extensions.lattices import LatticeScheme
 from discmech.integrators.files import encoded
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 
-from .case import Case, scheme_of
+from .case import Case
 from .parts import is_built_in, parts_of
 from .record import machine, processor, versions
 from .study import Study, StudyFolder
@@ -60,7 +58,7 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
-    return _digest(*words, *(part for rule in case.rests_on for part in of_rule(case.scene, rule)))
+    return _digest(*words, *(part for rule in case.rests_on for part in of_rule(rule)))
 
 
 def _around() -> str:
@@ -88,11 +86,6 @@ def text_of_study(study: Study) -> str:
     return of_everything(*(p.read_text("utf-8") for p in files), reads(study, pure=True))
 
 
-def known_by_text(case: Case) -> bool:
-    """True if the key needs nothing derived: scene and rules are the bench's own."""
-    return is_ours(case.scene) and all(map(is_ours, case.rests_on))
-
-
 def of_scene(scene: Scene) -> Iterator[str]:
     """Yield all fields of a scene or lattice, with the values that its functions read.
 
@@ -100,7 +93,7 @@ def of_scene(scene: Scene) -> Iterator[str]:
     its contents.
     """
     if not is_ours(scene):
-        yield reads(scene)
+        yield reads(scene, pure=True)
         return
     yield _fields(scene)
     if "sites" not in parts_of(scene):
@@ -113,17 +106,15 @@ def _fields(scene: Scene) -> str:
     return reads(scene)
 
 
-def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
-    """Yield a rule's facts, and the text of one of the bench's own, otherwise its equations.
+def of_rule(rule: Discretisation) -> Iterator[str]:
+    """Yield a rule's facts, with the text of one of the bench's own, and the values that it reads.
 
-    The imports of a user's file are in the equations and the numbers, or have no effect; values
-    that the formula reads count all the same, such as a number that is read at each precision.
+    Raises `Opaque` if some part hides its contents. Nothing is derived: the equations follow from
+    the rule, the scene and the text of the mathematics.
     """
     yield from _facts(rule)
     if rule.is_formula:  # another integrator lists itself what it depends on
-        yield reads(rule)
-    if not (is_ours(rule) and is_ours(scene)):
-        yield _derived(scheme_of(scene, rule))
+        yield reads(rule, pure=not is_ours(rule))
 
 
 def _facts(rule: Discretisation) -> Iterator[str]:
@@ -143,7 +134,7 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
     """Return the digest of the answer of a function that shows a scheme."""
     words = (about.__qualname__, str(versions()), processor(), rule.source)
     text = (_text_of_mathematics(), _text_of_showing())
-    return _digest(*words, *text, *of_scene(scene), *of_rule(scene, rule))
+    return _digest(*words, *text, *of_scene(scene), *of_rule(rule))
 
 
 def of_proof(rule: Discretisation, *words: str) -> str:
@@ -165,44 +156,6 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     base = thing.of_step
     formula = base.formula
     return base.is_formula and str(formula.__module__).startswith("discmech.integrators.")
-
-
-@lru_cache(maxsize=64)  # cases of one scheme ask in turn
-def _derived(scheme: Scheme) -> str:
-    """Return the text of a step's equations, the groupoid, the Lagrangian and the quantities."""
-    if isinstance(scheme, LatticeScheme):
-        return text_key(scheme.system, _values_of(scheme.system))
-    s, scene = scheme.s, scheme.scene
-    if scene.in_numbers:  # its functions may read files and chance, as those of a program
-        return reads(scene.numeric_hamiltonian, scene.gradient, pure=True)
-    groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
-    own = scene.discrete_lagrangian
-    facts: list[Any] = [(q.kind, q.attitude, q.value, q.stretch) for q in scene.symmetries]
-    facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
-    parts: list[Any] = [repr(facts)]
-    if scheme.rule.is_formula:
-        system = scheme.equations.step
-        parts += [system, _values_of(system), *scheme.equations.fields]
-    if scene.lagrangian is not None:
-        parts.append([s.phase_lagrangian, *s.force])
-    if scene.contact is not None:  # gaps φ, or (φ, coordinates of its plane)
-        gaps = s.evaluated(scene.contact, "its contact", s.position, s.parameters)
-        for e in gaps:
-            split = isinstance(e, (tuple, list))
-            parts += ["gap", [e[0], *e[1]] if split else [e]]
-    for q in scene.symmetries:
-        x: Any = s.position
-        if q.attitude:
-            whole = scheme_of(groups, scheme.rule).s
-            size = scene.groupoid.algebra.size  # type: ignore[attr-defined]
-            x = whole.x.reshape(size, size)
-        parts += [q.name, s.conserved(q, x)]
-    return text_key(*parts)
-
-
-def _values_of(system: Any) -> str:
-    """Return the constants of a step, numbers of a rule that its equations do not show."""
-    return repr([str(value(60)) for value in getattr(system, "constants", {}).values()])
 
 
 # -- our own text ---------------------------------------------------------------------------------

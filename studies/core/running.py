@@ -126,7 +126,7 @@ def run_plan(
         progress(label, min(1.0, (len(outcomes) + fraction) / total))
 
     if store is not None:
-        for place, result in _stored_results(plan, store, isinstance(jobs, Cluster)):
+        for place, result in _stored_results(plan, store):
             done([place], [replace(result, remembered=True)])
         extras = _stored_answers(plan, also, store) if also else {}
     answered = set(extras) if also else set(range(len(plan.pairs)))
@@ -200,14 +200,13 @@ def about_remembered(remembered: int, cases: int) -> list[str]:
     ]
 
 
-def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, AnyResult]]:
-    """Yield the store's results for the bench's own scenes and rules, and if `all_`, for others."""
+def _stored_results(plan: Plan, store: Store) -> Iterator[tuple[Place, AnyResult]]:
+    """Yield the results that the store has."""
     for place, case in plan.places():
-        if all_ or fingerprint.known_by_text(case):
-            study = plan.studies[place[0]]
-            earlier = found_by(store, study, case, key_of(study, case), only=True)
-            if earlier is not None:
-                yield place, earlier
+        study = plan.studies[place[0]]
+        earlier = found_by(store, study, case, key_of(study, case), only=True)
+        if earlier is not None:
+            yield place, earlier
 
 
 def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> dict[int, Any]:

@@ -191,11 +191,6 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
                  _over(case, steps), walks)  # fmt: skip
 
 
-def depends_on(case: Case) -> str:
-    """Return the momenta that the equations of a step do not contain."""
-    return system_of(case).text
-
-
 def _claimed(case: Case) -> list[str]:
     """Return the names of the quantities by which the rule is judged."""
     return claimed_names(case.rule, [q.name for q in measured_in(case)])

@@ -15,7 +15,6 @@ import numpy as np
 
 from discmech.integrators import Scene, Scheme
 from discmech.integrators import rules as discretisations
-from discmech.integrators.compiler import text_key
 from discmech.integrators.extensions.control import Control, Optimum
 from discmech.integrators.extensions.control import scenes as built_in
 from discmech.integrators.numbers import sympy, to_sympy
@@ -65,8 +64,7 @@ def depends_on(case: Case) -> str:
     name = problem.scene.name
     if name in built_in.NAMES and problem is built_in.get(name):
         return ""  # its text is the bench's own, which every result depends on
-    stages = problem.with_values(scene=case.scene).stages(case.rule)
-    return text_key(reads(problem), *stages.formulas)
+    return reads(problem, pure=True)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from .following import LongRun, followed
 from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
 from .modified_change import Change
-from .quantities import change, energies, entries_of, momentum, of_symmetries
+from .quantities import change, energies, momentum, of_symmetries
 from .reference import rates_at, solution
 from .residual import step_defects
 from .system import End, Ladder, SiteMomentum, System
@@ -234,14 +234,6 @@ class LatticeSystem(System):
         before, after = (momentum(self.scheme, part, *at)[:, :, 0] for at in
                          ([e[None] for e in pair] for pair in (state, fault)))  # fmt: skip
         return float(abs(after[0] - before[0]).max() / (before[1].max() or 1.0))
-
-    @property
-    def text(self) -> str:
-        """The momenta of a user's symmetries, which no equation of a step contains."""
-        if is_built_in(self.lattice):
-            return ""
-        parts = of_symmetries(self.lattice)
-        return str({name: entries_of(self.scheme, part) for name, part in parts.items()})
 
     # -- the form ---------------------------------------------------------------------------
 

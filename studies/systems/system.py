@@ -133,11 +133,6 @@ class System(ABC):
         """Return the change of a momentum by a fault of that size, over its terms (`momenta`)."""
         raise NotImplementedError
 
-    @property
-    def text(self) -> str:
-        """The text of momenta that no equation of a step contains; results depend on it."""
-        return ""
-
     @abstractmethod
     def energy_errors(self, run: Any) -> np.ndarray:
         """Return (H − H₀)/scale per row of a long run, signed."""
