@@ -45,6 +45,7 @@ from .output import (
     console,
     exit_code,
     progress_shown,
+    withdraw_badge,
     writable_folder,
     write_json,
 )
@@ -69,6 +70,7 @@ def _current_folder() -> Path:
 
 
 def _main(words: list[str], alone: bool) -> int:
+    withdraw_badge(words)
     try:
         parser = _parser(words)
     except BadInput as error:  # for example a file with a study that cannot be read

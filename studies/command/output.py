@@ -8,9 +8,10 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from discmech.integrators.errors import CouldNotRun
 
 from ..core.environment import absolute
 from ..core.lookup import left_out
-from ..core.ours import MANIFEST, refuse_foreign, refuse_foreign_in
+from ..core.ours import MANIFEST, is_badge, refuse_foreign, refuse_foreign_in
 from ..core.outcome import worst
 
 if TYPE_CHECKING:
@@ -170,6 +171,28 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def withdraw_badge(words: Sequence[str]) -> None:
+    """Write in place of the badge that a command is to replace one without a verdict.
+
+    A command that ends without a verdict of its own, by bad input or a signal, leaves that one and
+    no earlier pass. words: the command's; they may be wrong in any other way.
+    """
+    if words[:1] != ["verify"]:
+        return
+    for word, after in pairwise([*words, ""]):
+        option, _, value = word.partition("=")
+        if option != "--badge":
+            continue
+        file = value or after
+        with suppress(BadInput, CouldNotRun, OSError):  # it is no badge of ours, or stays as it is
+            path = _target(file)
+            if path.is_file() and path.stat().st_size and is_badge(path):
+                from ..core.result import StudyResult
+                from ..report.badge import badge
+
+                write(file, badge(StudyResult(verdict="inconclusive", cases=[])))
 
 
 def check_outputs(options: argparse.Namespace) -> None:

@@ -17,10 +17,11 @@ from discmech.integrators import BadInput
 
 MANIFEST = ".discmech-files.json"
 HEAD = 4096  # bytes in which the mark of a page stands
+_BADGE = b"<svg ", b'aria-label="discmech: '
 #: beginnings of pages, badges and the gallery, and what else their heads have
 _MARKS = (
     (b"<!doctype html>", b'<meta name="generator" content="discmech">'),
-    (b"<svg ", b'aria-label="discmech: '),
+    _BADGE,
     (b"# gallery: integrators that people use", b""),
 )
 #: keys of our results: a run and a reference, a study, and the lists
@@ -38,17 +39,29 @@ def refuse_foreign(path: Path, shown: str) -> None:
         )
 
 
-def _is_ours(path: Path) -> bool:
+def is_badge(path: Path) -> bool:
+    """True if a file is a badge that discmech wrote."""
+    return _has(_head(path), _BADGE)
+
+
+def _head(path: Path) -> bytes:
     with path.open("rb") as file:
-        head = file.read(HEAD)
-    small = head.lstrip().lower()
-    if any(small.startswith(begin) and mark in head for begin, mark in _MARKS):
+        return file.read(HEAD)
+
+
+def _has(head: bytes, mark: tuple[bytes, bytes]) -> bool:
+    return head.lstrip().lower().startswith(mark[0]) and mark[1] in head
+
+
+def _is_ours(path: Path) -> bool:
+    head = _head(path)
+    if any(_has(head, mark) for mark in _MARKS):
         return True
     if b"(seal " in head:
         from discmech.integrators.extensions.export import as_written
 
         return as_written(path.read_text(encoding="utf-8", errors="replace"))
-    if small[:1] not in (b"{", b"["):
+    if head.lstrip()[:1] not in (b"{", b"["):
         return False
     try:
         content = json.loads(path.read_bytes())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from contextlib import suppress
 
 import pytest
 
@@ -45,6 +46,13 @@ def test_verify_writes_it_with_the_exit_code_of_the_verdict(tmp_path, capsys):
     words = ["verify", "midpoint", "--scene", "harmonic", "--study", "order", "--digits", "16"]
     assert main([*words, "--badge", str(file)]) == 0
     assert "pass" in file.read_text("utf-8") and "<title>" in file.read_text("utf-8")
+    for wrong in (["--scene", "nowhere"], ["--digits", "3"], ["--unknown"], ["--html", "-"]):
+        main([*words, "--badge", str(file)])
+        with suppress(SystemExit):
+            assert main([*words, *wrong, f"--badge={file}"]) == 2
+        assert "inconclusive (no case)" in file.read_text("utf-8")
+    (other := tmp_path / "other.svg").write_text("<svg aria-label='of somebody'/>")
+    assert main([*words, "--badge", str(other)]) == 2 and "somebody" in other.read_text("utf-8")
     assert main([*words, "--badge", "-"]) == 2
     (tmp_path / "none").touch()
     assert main([*words, "--badge", str(tmp_path / "none" / "badge.svg")]) == 2
