@@ -85,8 +85,8 @@ def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
     """Return the rules that words such as these name, each once:
 
     midpoint, gauss-3, kahan-li-8:midpoint, my.py:two_thirds, triple-jump:my.py:two_thirds, my.py.
-    Rules of one name in several files get the names of their files before theirs. Raises `BadInput`
-    for unknown names and for two rules of one name.
+    Rules of one name get the values in their words behind it, or the names of their files before
+    it. Raises `BadInput` for unknown names and for two rules of one name.
     """
     return _told_apart(RULE, words)
 
@@ -311,16 +311,21 @@ def _given(thing: Any, of: type[_Thing], kind: Kind) -> _Thing:
 
 
 def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
-    files: dict[Any, str] = {}  # the stem of its file, or "" for one of the bench
+    labels: dict[Any, tuple[str, str]] = {}  # the values in its word, and the stem of its file
     for word, things in answers(words, partial(find, kind)):
         path = word.partition(".py")[0] if ".py" in word else ""
+        values = re.sub(r"[^\w.-]", "-", word.rpartition(":")[2]) if "=" in word else ""
         for thing in things:
-            files.setdefault(thing, re.split(r"[/\\:]", path)[-1])
-    taken = [thing.name for thing in files]
-    each = [
-        replace(thing, name=f"{stem}-{thing.name}") if stem and taken.count(thing.name) > 1
-        else thing for thing, stem in files.items()
-    ]  # fmt: skip
+            labels.setdefault(thing, (values, re.split(r"[/\\:]", path)[-1]))
+    pairs = [*labels.items()]
+    for of, form in enumerate(("{0}-{1}", "{1}-{0}")):
+        taken = [thing.name for thing, _ in pairs]
+        pairs = [
+            (replace(thing, name=form.format(thing.name, label[of]))
+             if label[of] and taken.count(thing.name) > 1 else thing, label)
+            for thing, label in pairs
+        ]  # fmt: skip
+    each = [thing for thing, _ in pairs]
     names = [thing.name for thing in each]
     for name in names:
         if names.count(name) > 1:

@@ -8,6 +8,7 @@ in the user's cache: the imports, and of the rest only the statements on which i
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -52,8 +53,11 @@ def _words(thing: Any) -> Iterator[str]:
             words = (f"{name}:{base}" for name in made)
             yield from (word for word in words if lookup.find(lookup.RULE, word) == (thing,))
     kind = lookup.RULE if isinstance(thing, Discretisation) else lookup.SCENE
-    with suppress(BadInput):
-        yield from _by_values(kind.called(thing.name), thing, thing.name)
+    # of one that varies, or beside others of its name, the values stand behind it
+    for end in [None, *(sign.start() for sign in re.finditer("[.-]", thing.name))]:
+        name = thing.name[:end]
+        with suppress(BadInput):
+            yield from _by_values(kind.called(name), thing, name)
     for file in reversed(loaded()):
         yield from _words_in(file, thing, file.path, _text_of(thing) == str(absolute(file.path)))
     yield from _words_of_programs(thing)

@@ -136,6 +136,30 @@ def test_the_rules_of_a_list_have_words(mine):
     assert words.address_of(found[0]) == f"{mine}:at-3"
 
 
+def test_scenes_of_one_name_are_told_apart_by_the_values_in_their_words(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(MAKER)
+    asked = [
+        "rigid-body:duration=2",
+        "rigid-body:duration=3",
+        f"{file}:made:k=1",
+        f"{file}:made:k=1/4",
+    ]
+    several = lookup.scenes_of(asked)
+    told = ["rigid-body-duration-2", "rigid-body-duration-3", "spring-k-1", "spring-k-1-4"]
+    assert [scene.name for scene in several] == told
+    assert [words.address_of(scene) for scene in several] == asked
+
+
+MAKER = """
+from discmech import Scene, pair
+
+def made(k):
+    return Scene("spring", pair(1), lambda x, v, p: (v[0] ** 2 - k * x[0] ** 2) / 2, x0=[1], v0=[0],
+                 duration=6)
+"""
+
+
 def test_objects_of_one_name_are_told_apart_by_their_variables(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(MINE + """
