@@ -208,7 +208,8 @@ class _Reader:
             self.code(thing)
         elif _library_of(kind) and hasattr(thing, "__wrapped__"):  # by a cache
             self.add(thing.__wrapped__)
-            if not _library_of(thing.__wrapped__) and thing.cache_info().currsize:
+            cached = hasattr(thing, "cache_info") and thing.cache_info().currsize
+            if cached and not _library_of(thing.__wrapped__):
                 raise Opaque(f"a cache that keeps results of {thing.__qualname__}")
             self.attributes(thing)
         else:
@@ -338,6 +339,9 @@ class _Reader:
         for name, value in vars(thing).items():
             if name not in _OF_PYTHON and not isinstance(value, _SLOTS):
                 self.say(name)
+                if name == "__annotations__":  # types, also those that only a string names
+                    self.say(repr(value))
+                    continue
                 wrapped = _WRAPPED.get(type(value))
                 self.add([getattr(value, word) for word in wrapped] if wrapped else value)
 
