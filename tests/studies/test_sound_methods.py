@@ -2,6 +2,8 @@
 
 from fractions import Fraction
 
+import mpmath
+import numpy as np
 import pytest
 import sympy
 
@@ -128,6 +130,30 @@ def test_errors_above_what_round_off_can_do_still_depart():
     rows = measure_round_off(of, rows, Fraction(10), solution(ON_LINE, 10))
     assert all(0 < row.round_off < 1e-10 for row in rows)
     assert departure(of, rows, 30)
+
+
+def test_round_off_of_a_run_is_its_distance_from_one_with_more_digits(monkeypatch):
+    """Of longer runs than `MOST_STEPS` it is that of the longest measured, as steps squared."""
+    of, exact = case("order", ON_LINE), solution(ON_LINE, 10)
+    ends = []
+    for digits in (16, round_off.MORE_DIGITS):
+        run = of.scheme.flow("0.1", digits).trajectory(100)
+        ends.append([mpmath.mpf(run.x[-1][0]), mpmath.mpf(run.mu[-1][0])])
+    whole = mpmath.hypot(exact.x[0], exact.mu[0])
+    off = mpmath.hypot(*(a - b for a, b in zip(*ends, strict=True))) / whole
+    monkeypatch.setattr(round_off, "MOST_STEPS", 100)
+    rows = [Row(n, 10 / n, 1e-6) for n in (50, 100, 200)]
+    made = [row.round_off for row in measure_round_off(of, rows, Fraction(10), exact)]
+    assert made[1] == pytest.approx(float(off), rel=1e-6)
+    assert made[2] == pytest.approx(4 * max(made[:2]), rel=1e-12)
+
+
+def test_a_step_is_solved_as_well_as_its_maps_can_be_evaluated():
+    """For a sum of a few terms that is a few roundings, of doubles and of 34 digits more."""
+    flow = case("order", ON_LINE).scheme.flow("0.1")
+    residual, noise = round_off.residuals(flow)
+    assert 0 < residual < 64 * round_off.unit(16) and 0 < noise < 64 * 2.0**-53
+    assert round_off.size(np.zeros((2, 1))) == 1.0 and round_off.unit(50) == 1e-50
 
 
 def top(x, g, h, p):
