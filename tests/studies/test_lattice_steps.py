@@ -13,8 +13,8 @@ from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies import check
 from discmech.studies.core.case import Case
-from discmech.studies.evidence import evidence_of
-from discmech.studies.evidence.of_lattices import MOST, sample_of
+from discmech.studies.evidence import evidence_of, of_lattices
+from discmech.studies.evidence.of_lattices import sample_of
 from discmech.studies.symplecticity.measuring import measure
 
 HALF, OFF = sympy.Rational(1, 2), sympy.Rational(1, 10**6)
@@ -60,6 +60,7 @@ def test_a_rule_that_is_wrong_in_some_of_its_calls_is_of_order_1(where):
     "name", [pytest.param(e, marks=() if e in ("fput", "rotors") else pytest.mark.slow)
              for e in systems.NAMES],
 )  # fmt: skip
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2", "suzuki:trapezoidal"])
 def test_every_lattice_has_the_order_of_the_rule_at_every_site(name, rule):
     lattice = systems.get(name)
@@ -79,7 +80,7 @@ def test_of_many_sites_those_of_each_kind_are_taken_with_their_neighbours():
         x0=np.zeros((5000, 1)), v0=np.ones((5000, 1)),
     )  # fmt: skip
     sample, sites = sample_of(chain, 1)
-    assert len(sites) == sample.sites <= MOST
+    assert len(sites) == sample.sites <= of_lattices.MOST
     assert {0, 1, 16, 17, 18, 1233, 1234, 1235, 3209, 3210, 3211, 4998, 4999} <= {*sites}
     given = sample.split_parameters
     assert given["site"]["mass"][sites.index(3210)] == 2 and 3 in given["bond"]["stiff"]
@@ -101,7 +102,7 @@ def test_arrays_of_sites_and_bonds_at_once_are_so_in_a_sample():
 
 
 def test_the_substeps_of_a_composition_keep_the_form_and_are_those_of_the_equations():
-    for rule in ("suzuki:midpoint", "suzuki:rectangle"):
+    for rule in ("triple-jump:midpoint", "triple-jump:rectangle"):
         case = Case("symplecticity", CHAIN, rules.get(rule), 16, 20)
         defects = measure(case).measured
         assert 0 < defects["poisson"] < 1e-15 and 0 < defects["residual"] < 1e-14
@@ -129,9 +130,9 @@ def test_a_hub_is_no_part_of_a_sample_and_stays():
         x0=np.zeros((200, 1)), v0=np.ones((200, 1)),
     )  # fmt: skip
     sample, sites = sample_of(hub, 1)
-    assert 0 in sites and not sample.free[sites.index(0)] and len(sites) > 50
+    assert 0 in sites and not sample.free[sites.index(0)] and len(sites) > of_lattices.MOST // 2
     middle = replace(hub, bonds=[(100, i) for i in range(200) if i != 100])
-    assert len(sample_of(middle, 1)[1]) > 50
+    assert len(sample_of(middle, 1)[1]) > of_lattices.MOST // 2
     assert evidence_of(Scheme(hub, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
 
 
