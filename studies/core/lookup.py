@@ -382,6 +382,8 @@ def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
     """
     own = kind.in_file(file)
     if name and (asked := _asked(file, kind, name)):
+        entries = (each for each in file.refused if each.startswith(f"{name}["))
+        _LEFT_OUT.update(dict.fromkeys(file.refused[each] for each in entries))
         return asked
     if name.replace("-", "_") in file.refused:
         raise BadInput(file.refused[name.replace("-", "_")])

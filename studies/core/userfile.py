@@ -217,8 +217,9 @@ def program(path: str, text: str) -> UserFile:
 def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[str, str]]:
     """Run the source, with its output on standard error; return (digest, module, refused).
 
-    A statement whose object is refused leaves the others as they are: refused has the names that
-    it and those that need it would bind, with the sentence that refuses it.
+    A statement whose object is refused, or an entry of a list, leaves the others as they are:
+    refused has the names that it and those that need it would bind, with the sentence that refuses
+    it; of an entry the list's with a number.
     """
     key = hashlib.sha256(encoded(f"{file}\0") + source).hexdigest()[:8]
     module = ModuleType(f"{OF_USER}{file.stem}_{key}")
@@ -226,10 +227,10 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
     refused: dict[str, str] = {}
     if file in _running:
         raise BadInput(f"{path} is running: its objects have no words before it ends.")
+    beside = _neighbours(file, source)
     _running.append(file)
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(file.parent))  # its neighbours may be imported
-    beside = _neighbours(file, source)
     _forget_others(file.parent, beside)
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -238,12 +239,18 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
                 try:
                     exec(code, vars(module))
                     break
-                except (BadInput, NameError) as error:
-                    if isinstance(error, NameError) and error.name not in refused:
+                except Exception as error:
+                    raised_at = next(iter(_places_in(file, error)), None)
+                    if raised_at is None:  # a syntax error of a neighbour
                         raise
-                    rest = _from(rest, _lines_in(file, error)[0])
-                    if not (names := binds(rest.pop(0))):  # it makes nothing: it is the mistake
-                        raise
+                    rest = _from(rest, raised_at[0])
+                    known = isinstance(error, BadInput) or getattr(error, "name", "") in refused
+                    if not (names := binds(rest[0])) or not (known or _makes(rest[0])):
+                        raise  # it makes nothing: it is the mistake
+                    if _take_entry(rest[0], raised_at):
+                        names = [f"{names[0]}[{len(refused)}]"]
+                    else:
+                        rest.pop(0)
                     lost = refused.get(getattr(error, "name", ""), "") or _said(path, file, error)
                     refused |= dict.fromkeys(names, lost)
                     tree, flags = ast.Module(rest, []), code.co_flags & _FUTURE
@@ -272,13 +279,32 @@ def _from(statements: list[ast.stmt], line: int) -> list[ast.stmt]:
     return statements[sum(begin <= line for begin in first) - 1 :]
 
 
+def _makes(statement: ast.stmt) -> bool:
+    """True for a definition, and for a variable with the result of a call, or a list of such."""
+    value = getattr(statement, "value", None)
+    return isinstance(statement, ast.FunctionDef | ast.ClassDef) or any(
+        isinstance(each, ast.Call) for each in getattr(value, "elts", [value])
+    )
+
+
+def _take_entry(statement: ast.stmt, place: tuple[int, int]) -> bool:
+    """Take out of the list that a statement assigns the entry at that line and column, if any."""
+    entries = getattr(getattr(statement, "value", None), "elts", [])
+    for entry in entries:
+        end = entry.end_lineno, entry.end_col_offset
+        if (entry.lineno, entry.col_offset) <= place < end:
+            entries.remove(entry)
+            return True
+    return False
+
+
 def _said(path: str, file: Path, error: BaseException) -> str:
     """Return what is said of an error of a file, with its line."""
     what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
     if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):
         return what  # the line is in the message
-    lines = _lines_in(file, error)
-    return f"{path}{f', line {lines[-1]}' if lines else ''}: {what}"
+    places = _places_in(file, error)
+    return f"{path}{f', line {places[-1][0]}' if places else ''}: {what}"
 
 
 def binds(node: ast.stmt) -> list[str]:
@@ -364,7 +390,8 @@ def _imported(file: Path, source: bytes, folder: Path) -> Iterator[Path]:
                 yield place / "__init__.py"
 
 
-def _lines_in(file: Path, error: BaseException) -> list[int]:
-    """Return the lines of the file that were running when the error arose, the outermost first."""
+def _places_in(file: Path, error: BaseException) -> list[tuple[int, int]]:
+    """Return lines and columns of the file that ran when the error arose, the outermost first."""
     frames = traceback.extract_tb(error.__traceback__)
-    return [f.lineno for f in frames if f.filename == str(file) and f.lineno is not None]
+    return [(f.lineno, f.colno or 0) for f in frames
+            if f.filename == str(file) and f.lineno is not None]  # fmt: skip

@@ -166,6 +166,18 @@ def test_an_object_that_is_refused_blocks_no_other_and_is_told(file, capsys):
     assert "two-thirds" in told.out and "mine.py, line 4: my-pendulum: x0 has 2" in told.err
 
 
+def test_an_entry_of_a_list_that_cannot_be_made_blocks_no_other(file):
+    made = "x0=[2] if k else [1 / 0] if k is None else [2, 3]"
+    text = SCENE.replace("mine =", "def made(k):\n    return").replace("x0=[2]", made)
+    name = file(text + "SCENES = [made(0), made(1), made(None)]\nlast = made(None)\n" + RULE)
+    for ask in (name, f"{name}:SCENES"):
+        assert len(lookup.scenes_of([ask])) == 1
+        first, second, *_ = lookup.left_out()
+        assert "x0 has 2" in first and "ZeroDivisionError" in second
+    with pytest.raises(BadInput, match="ZeroDivisionError"):
+        lookup.scene(f"{name}:last")
+
+
 def test_rules_of_one_name_are_called_by_their_files(file):
     plain = RULE.replace("two_thirds", "step")
     anna, bert = file(plain, "anna.py"), file(plain.replace("/ 3", "/ 5"), "bert.py")
