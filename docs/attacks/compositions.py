@@ -1,6 +1,6 @@
 """Compositions with coefficients of one's own, right and wrong: the second table of verdicts.md."""
 
-from discmech import discretisation, midpoint
+from discmech import discretisation, midpoint, one_step
 from discmech.integrators.rules import compose, splitting
 
 g = 1 / (2 - 2 ** (1 / 3))
@@ -16,3 +16,21 @@ def slow_clock(L, G, x, u, h):
 
 
 composed = compose(slow_clock, [g, 1 - 2 * g, g], name="composed-clock")
+
+
+def yoshida(digits, kick=0):
+    """Yoshida's with weights of so many digits, which are floats, and kicks of 1/2 ± kick."""
+    w = round(g, digits)
+
+    @one_step(order=4, groupoids="pair", name=f"yoshida-{digits}{'-kicked' if kick else ''}")
+    def step(s, z, h):
+        for part in (w * h, (1 - 2 * w) * h, w * h):
+            z = z - s.join(0 * s.split(z)[0], (0.5 + kick) * part * s.dH(z)[: s.n, :])
+            z = z + s.join(part * s.xi(z), 0 * s.split(z)[1])
+            z = z - s.join(0 * s.split(z)[0], (0.5 - kick) * part * s.dH(z)[: s.n, :])
+        return z
+
+    return step
+
+
+nine_digits, all_digits, kicked = yoshida(9), yoshida(17), yoshida(17, 1e-9)

@@ -72,6 +72,11 @@ OF_ORDER = {
         "set: errors of less than a hundredth of the motion are small, and a motion that enlarges "
         "a change less than tenfold leaves them below a tenth of it; it errs towards a fail",
     ),
+    "floats: printed": Limit(
+        113, "times what 4 last bits of each float change, in a power of the step that is too low",
+        "derived: half a unit of the fourteenth digit, 5·10⁻¹⁴ of a coefficient, with which papers "
+        "print them; a larger error of one is no rounding",
+    ),
     "powers: rounded": Limit(
         10, "roundings of a program's step that a sum of powers of the step may leave",
         "set: a step has a few operations on each entry; it errs towards a pass",

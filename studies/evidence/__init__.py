@@ -103,9 +103,10 @@ class Evidence:
         """Return the judgement whether the rule has the effective order that it declares."""
         return effective_order_of(self.scheme, self.places)
 
-    def floats(self, wanted: float) -> Floats:
-        """Return whether the rule's floats explain an order below the wanted one, and how."""
-        return floats_of(self, wanted)
+    def floats(self, wanted: float) -> tuple[Floats, LocalOrder | None]:
+        """Return whether the rule's floats explain an order below the wanted one; `floats_of`."""
+        floats, lower = floats_of(self, wanted)
+        return floats, lower and (lower if self.whole is self.scheme else _named(lower))
 
     def with_rule(self, rule: Discretisation) -> Any:
         """Return the scheme of `whole` by another rule."""

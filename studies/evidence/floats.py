@@ -3,7 +3,8 @@
 1/6 as a float is off by 9e-18. With 50 digits a method with it is inconsistent, by the fault of the
 float and not of the method: double precision never shows it. Each float is changed, and a step
 measured again, which shows how its last bits change every component. An error that the last bits of
-all floats together can reach is explained by them; a larger one has another cause.
+all floats together can reach is explained by them; a larger one has another cause. So has a power
+of the step that is too low and larger than these bits make it, as by weights of nine digits.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Discretisation
 
+from ..core.limits import OF_ORDER
 from ..core.single_steps import Floats
-from .order import GUARD, NEAR, ComponentOrder, StepError, digits_for, orders
+from .order import GUARD, NEAR, PART, ComponentOrder, LocalOrder, digits_for
 
 if TYPE_CHECKING:
     from . import Evidence
@@ -31,40 +33,38 @@ MOST = 24  # the largest number of floats that are changed
 MOVED = Fraction(1, 2**20)  # the relative change of a float: far above its last bit, and small
 #: units of its last bit by which a computed float, such as a node of numpy's, may be off
 UNITS = 4
-#: powers of 10 that multiply an ordinary step, for the longer steps that are tried
-LONGER = (-5, -4, -3, -2)
+#: an error is taken for so many powers of the step beyond the wanted one: what further ones leave
+#: in the lower ones is a product of nearly all steps, 10⁻³⁰ of the error and less
+SPARE = 16
+LEAST = 2.0**-80  # far above that, and far below what the last bit of a float makes
 
 
-def floats_of(evidence: Evidence, wanted: float) -> Floats:
+def floats_of(evidence: Evidence, wanted: float) -> tuple[Floats, LocalOrder | None]:
     """Return the floats of a rule and whether they explain an order of steps below the wanted one.
 
-    evidence: that of the steps, with their order.
+    evidence: that of the steps, with their order. The second result is one that is too low at
+    longer steps too, where floats would explain the shorter ones; or None.
     """
     local, scheme = evidence.order, evidence.whole
     place, observer = local.place, _Seen(scheme.rule)
     assert place is not None
     if scheme.rule.method is not None:
-        return Floats()
+        return Floats(), None
     try:
         evidence.with_rule(observer.rule())
         values = sorted(observer.values)[:MOST]
         if not values:
-            return Floats()
+            return Floats(), None
         step, digits = Fraction(local.step), digits_for(scheme.order or 2)
-        own = end_of(scheme, place, step, digits)
-        with mpmath.workdps(digits + GUARD):
-            bounds = [mpmath.mpf(0) for _ in own]
-            for value in values:
-                moved = end_of(evidence.with_rule(observer.rule(value)), place, step, digits)
-                for i, (a, b) in enumerate(zip(moved, own, strict=True)):
-                    bounds[i] += abs(a - b) * UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
+        moved = [evidence.with_rule(observer.rule(value)) for value in values]
+        own, changes = _changed(scheme, moved, place, step, digits)
+        low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
+        explain, size = _explained(evidence, place, step, own, abs(changes).sum(axis=0), low)
+        lower = _lower(evidence, place, moved, round(wanted))
     except (BadInput, StepFailure):
-        return Floats()
-    low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
-    explain, size = _explained(evidence, place, step, own, bounds, low)
-    explain = explain and _above(evidence, place, step, bounds, wanted)
-    unit = float(max(values)) * 2.0**-53
-    return Floats(tuple(map(float, values)), explain, max(size, unit))
+        return Floats(), None
+    size = max(size, float(max(values)) * 2.0**-53)
+    return Floats(tuple(map(float, values)), explain and lower is None, size), lower
 
 
 def _is_low(component: ComponentOrder, wanted: float) -> bool:
@@ -90,25 +90,42 @@ def _explained(
     return explain, size
 
 
-def _above(
-    evidence: Evidence, place: Any, step: Fraction, bounds: Sequence[Any], wanted: float
-) -> bool:
-    """True if no lower order shows at longer steps, where errors exceed those of the floats."""
-    order = evidence.whole.order or 2
-    digits = digits_for(order)
+def _changed(
+    scheme: Any, moved: Sequence[Any], place: Any, step: Fraction, digits: int
+) -> tuple[Any, Any]:
+    """Return the end of a step and what the last bits of each float change of it, mpf (r, k)."""
+    own = end_of(scheme, place, step, digits)
     with mpmath.workdps(digits + GUARD):
-        parts = [bound * step.denominator / step.numerator for bound in bounds]
+        part = UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
+        return own, np.array([part * (end_of(one, place, step, digits) - own) for one in moved])
 
-    def errors(steps: Sequence[Fraction]) -> list[list[StepError]]:
-        return [evidence.errors(place, h) for h in steps]
 
-    for power in LONGER:
-        first = place.length / 8 * Fraction(10.0**power)
-        steps = first, first * Fraction(3, 10)
-        components = orders(order, place, steps, errors, digits, parts, halved=True)
-        if any(_is_low(c, wanted) for c in components):
-            return False
-    return True
+def _lower(evidence: Evidence, place: Any, moved: Sequence[Any], wanted: int) -> LocalOrder | None:
+    """Return the order below the wanted one that exceeds what the rounding of floats makes.
+
+    An error is a sum of powers of the step, whose factors follow from as many steps, and so is what
+    a moved float changes. None if coefficients that are printed with 14 digits may have that part
+    in every power that is too low.
+    """
+    whole, digits = evidence.whole, digits_for(evidence.whole.order or 2)
+    steps = [place.length * PART / 2**k for k in range(wanted + SPARE)]
+    rows = [evidence.errors(place, h) for h in steps]
+    ends = [_changed(whole, moved, place, h, digits)[1] for h in steps]
+    with mpmath.workdps(digits + GUARD):
+        shares = [mpmath.mpf(float(PART)) / 2**k for k in range(len(steps))]
+        table = mpmath.matrix([[t ** (j + 1) for j in range(len(steps))] for t in shares])
+        powers = np.array((table**-1).tolist())
+        factors, unsure = (abs(of(powers) @ np.array([[each[k] for each in row] for row in rows]))
+                           for k, of in ((1, np.array), (2, abs)))  # fmt: skip
+        of_floats = sum(abs(powers @ change) for change in np.swapaxes(ends, 0, 1))
+        bounds = OF_ORDER["floats: printed"] * of_floats + unsure
+        bounds = np.maximum(bounds, LEAST * factors[wanted])
+        beyond = np.array(factors[:wanted] / (bounds[:wanted] + mpmath.eps**2), dtype=float)
+    lower = np.flatnonzero((beyond > 1).any(axis=1))
+    if not len(lower):
+        return None
+    name = rows[0][int(beyond[lower[0]].argmax())][0]
+    return LocalOrder(float(lower[0]), name, float(steps[0]), place)
 
 
 def end_of(scheme: Any, place: Any, step: Fraction, digits: int, count: int = 1) -> Any:
@@ -153,6 +170,13 @@ class _Seen:
         return replace(self.given, formula=plain)
 
 
+#: what a map asks for at states, in whose expressions floats may be
+_ASKED = (
+    "f", "df", "H", "dH", "B", "force", "xi", "theta", "dtheta", "act", "chart_velocity",
+    "coadjoint",
+)  # fmt: skip
+
+
 class _Asked:
     """The view that a map receives, with the floats in its calls changed."""
 
@@ -161,7 +185,7 @@ class _Asked:
 
     def __getattr__(self, name: str) -> Any:
         attribute = getattr(self._view, name)
-        if name not in ("f", "H", "dH", "B"):
+        if name not in _ASKED:
             return attribute
         return lambda *at: attribute(*map(self._changed, at))
 

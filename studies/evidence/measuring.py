@@ -67,7 +67,10 @@ def of_scheme(
         told = replace(told, places=len(evidence.places), unscanned=evidence.unscanned)
     least = least or scheme.order or 1
     if order.order is not None and order.order < least - NEAR:
-        told = replace(told, floats=evidence.floats(least))
+        floats, lower = evidence.floats(least)
+        order = lower or order
+        told = replace(told, order=order.order, component=order.component, step=order.step,
+                       floats=floats)  # fmt: skip
     always = [law for law in (AGAIN, ARROW) if not law.refusal(scheme)]
     return replace(told, laws=_departures(evidence, (*laws, *always)))
 

@@ -2,8 +2,8 @@
 
 Its steps are not small, so that several powers of the step count at once. The error of a smooth
 step is a sum of them from h^{p+1} on, and a lower power is denied where such a sum explains all
-errors of a ladder to their round-off: however small its factor, a lower one would stand out at some
-of the steps. A program that jumps, as by a loose iteration, has no such sum.
+errors of a ladder to their round-off, beyond which a lower one would stand out at some of the
+steps. A program that jumps, as by a loose iteration, has no such sum.
 """
 
 from __future__ import annotations

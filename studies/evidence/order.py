@@ -1,8 +1,8 @@
 """The order of one very small step, from exact states: an order that no final time or run can hide.
 
 A method of order p is off by O(h^{p+1}) after one step. With 50 digits, and ten more for each order
-above 8, this shows at steps so small that every lower power would stand out, however small its
-factor; and in each component by itself.
+above 8, this shows at steps so small that every lower power of exact numbers would stand out, if
+its factor is above round-off there; and in each component by itself.
 """
 
 from __future__ import annotations
