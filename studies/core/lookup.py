@@ -99,7 +99,7 @@ def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
 def maps_of(words: Sequence[str]) -> tuple[Discretisation, ...]:
     """Return the maps with states of their own among what FILE.py:NAME words of scenes name."""
     files = (in_file(word) for word in words if ".py:" in word)
-    named = (file.variables.get(name) for file, name in files if file is not None)
+    named = (_variable(file, name) for file, name in files if file is not None)
     return tuple(
         m for m in named if isinstance(m, Discretisation) and getattr(m, "own_scene", None)
     )
@@ -408,9 +408,14 @@ def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
     raise BadInput(f'{file.path} has no {kind.noun} "{name}": {hint}')
 
 
+def _variable(file: UserFile, name: str) -> Any:
+    """Return the variable of that name in a file, or else the rule that has it as its name."""
+    return file.variables.get(name, file.rules.get(name))
+
+
 def _asked(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
     """Return the objects of a kind in a file that a name means there; none if it means none."""
-    own, variable = kind.in_file(file), file.variables.get(name)
+    own, variable = kind.in_file(file), _variable(file, name)
     # of a Control(...), or of a map's own states
     thing = getattr(variable, "own_scene", None) or getattr(variable, "scene", None)
     if kind is SCENE and isinstance(thing, Scene):

@@ -13,6 +13,10 @@ from ..evidence.laws import WAY_BACK
 from ..symplecticity.in_numbers import resolved
 from .records import Found, FoundOfNumbers
 
+_NO_WAY_BACK = "Φ₋ₕ is not the inverse of Φₕ."
+#: of a map without h, whose step back is one forth between two turns of the momenta
+_NO_TURN = "between two turns of all momenta, p ↦ −p, the map is not the inverse of itself."
+
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the round-off of two steps, as the symplecticity study judges that of one."""
@@ -25,7 +29,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if defect is not None and defect <= wanted:
         return demand_consistency(measurement, Verdict("pass", "", expected), WAY_BACK.name)
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
-    said += f"where round-off would leave {wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
+    said += f"where round-off would leave {wanted:.0e}: {_NO_WAY_BACK}"
     return Verdict("fail", said, expected)
 
 
@@ -41,8 +45,8 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
         row = max(record.rows, key=lambda row: row.certain or 0.0)
         back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
         said = f"{back} the start by {measured.certain:.2g} of the motion beyond all "
-        said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: Φ₋ₕ is not the "
-        said += "inverse of Φₕ."
+        said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: "
+        said += _NO_WAY_BACK if case.rule.only_step is None else _NO_TURN
         return Verdict("fail", said, expected)
     left, resolution = record.left or 0.0, measured.resolution or 0.0
     expected["left"] = left

@@ -38,13 +38,18 @@ class Look:
     rate: float
 
 
+def in_box(scheme: Any) -> bool:
+    """True if a map runs on its own box of states, and not on a scene that was named."""
+    return bool(scheme.rule.states) and scheme.scene.name == scheme.rule.own_scene.name
+
+
 def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
     """Return two looks at each place of the evidence, the size of each entry of z, and the seed.
 
     Steps are those of the place and one radian of the fastest motion: long steps tell more, and the
     stability of a run of them does not concern the form.
     """
-    if scheme.rule.states:
+    if in_box(scheme):
         return _looks_in_box(scheme)
     scale, own = scale_of(scheme), Fraction(scheme.scene.step)
     all_looks: list[Look] = []
@@ -96,7 +101,7 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     They are for scenes whose first places tell too little, as near a pole, where all steps are
     short.
     """
-    if scheme.scene.all_constraints or scheme.rule.states:
+    if scheme.scene.all_constraints or in_box(scheme):
         return
     drawn = random.Random(seed + 3)
     for z, time, fast in _states(scheme, scale, drawn, SHARES * 2):
@@ -120,7 +125,7 @@ def _states(
 
 def scale_of(scheme: Any) -> Vector:
     """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
-    if scheme.rule.states:
+    if in_box(scheme):
         return _looks_in_box(scheme)[1]
     rows = _motion(scheme)
     n = scheme.s.n

@@ -1,15 +1,17 @@
 """The judge of momenta: at its limits and beside them."""
 
 import math
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
+
+import numpy as np
 
 from discmech import black_box
 from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence.judging import broken
 from discmech.studies.evidence.laws import FORM
 from discmech.studies.momentum import measuring as momentum
-from discmech.studies.momentum.sight import key_of
+from discmech.studies.momentum.sight import key_of, seen
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 
@@ -103,3 +105,15 @@ def test_a_program_may_round_alike_as_far_as_shorter_steps_show_it(monkeypatch):
             assert told[0] == verdict
             if verdict == "pass":
                 assert told[2]["limit"] == told[2]["limits"]["J"] == close(limit + most)
+
+
+def test_a_fault_of_a_total_momentum_is_seen_whatever_directions_are_drawn():
+    """Moved in opposite ways, two alike momenta have the sum of before."""
+    run = make_dataclass("Run", ["base", "mu", "u"])
+    still = run(np.zeros((8, 0)), np.full((8, 2), 0.3), np.zeros((8, 0)))
+
+    def total(run):
+        return run.mu.sum(axis=1)[:, None], abs(run.mu).sum(axis=1)[:, None]
+
+    changes = [seen(total, still, 1e-12, 16, str(seed)).change for seed in range(60)]
+    assert min(changes) > 4e-12

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from discmech import BadInput, black_box
+from discmech import BadInput, Scheme, black_box, scenes
 from discmech.studies.command.entry import main
+from discmech.studies.symplecticity.places import looks
 
 from .judging import judged
 
@@ -24,7 +25,7 @@ def turned(q, p, kept):
 def turn(q, p):
     return turned(q, p, 1)
 
-@black_box(step=1, symplectic=True, states=BOX)
+@black_box(step=1, symplectic=True, states=BOX, name="by-name")
 def damped(q, p):
     return turned(q, p, 1 - 1e-9)
 
@@ -34,7 +35,9 @@ def shrinks(q, p):
 """
 
 
-@pytest.mark.parametrize(("name", "code"), [("turn", 0), ("damped", 1), ("shrinks", 1)])
+@pytest.mark.parametrize(
+    ("name", "code"), [("turn", 0), ("damped", 1), ("by-name", 1), ("shrinks", 1)]
+)
 def test_a_map_without_a_scene_is_judged_in_its_box_of_states(name, code, tmp_path, capsys):
     file = tmp_path / "ring.py"
     file.write_text(RING)
@@ -60,7 +63,14 @@ def test_the_form_of_another_motion_is_judged_alone():
     assert found["verdict"] == "pass" and "not held against a scene's" in found["reason"]
     assert judged("reversibility", "pendulum", box, causes=False)["verdict"] == "pass"
     lossy = black_box(step="0.1", reversible=True)(lambda q, p: (q + 0.1 * p, p - 0.1 * q))
-    assert judged("reversibility", "pendulum", lossy, causes=False)["verdict"] == "fail"
+    found = judged("reversibility", "pendulum", lossy, causes=False)
+    assert found["verdict"] == "fail" and "two turns of all momenta" in found["reason"]
+
+
+def test_a_map_with_states_of_its_own_is_looked_at_on_the_scene_that_is_named():
+    box = black_box(step=1, states=([-1, -1], [1, 1]))(kicked(1))
+    assert {len(look.z) for look in looks(Scheme(box.own_scene, box))[0]} == {2}
+    assert {len(look.z) for look in looks(Scheme(scenes.get("kepler"), box))[0]} == {4}
 
 
 def test_it_has_no_order_and_makes_no_other_step():
