@@ -210,7 +210,7 @@ class StepSeries:
 
 
 def _is_zero(e: Scalar, numbers: Atoms | PrimeField) -> bool:
-    return bool(numbers.written(e).equals(0) if isinstance(numbers, Atoms) else e == 0)
+    return numbers.is_zero(e) if isinstance(numbers, Atoms) else bool(e == 0)
 
 
 def _has_pole(e: Scalar) -> bool:

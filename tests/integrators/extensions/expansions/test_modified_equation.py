@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, Scheme, retractions, rules, scenes
+from discmech.integrators import BadInput, Scene, Scheme, pair, retractions, rules, scenes
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.expansions import TooLong, laurent
 from discmech.studies.systems.modified_energy import dual_of
@@ -14,7 +14,7 @@ slow = pytest.mark.slow
 
 
 def modified(scene, rule, order, digits=16, retraction=None):
-    given = scenes.get(scene)
+    given = scenes.get(scene) if isinstance(scene, str) else scene
     if retraction:
         given = given.with_retraction(retractions.get(retraction))
     return Scheme(given, rules.get(rule)).modified_equation(order, digits)
@@ -163,8 +163,17 @@ def test_the_precession_of_kepler(rule):
     assert abs(found[1] - rate) < abs(found[0] - rate) + 1e-3 * abs(rate)
 
 
+def of_mass(name, mass, x0="3/4"):
+    """A scene of one coordinate and a mass M(x, p)."""
+    return Scene(name=name, groupoid=pair(1), parameters={"k": "3/2"}, x0=[x0], v0=["1/2"],
+                 lagrangian=lambda x, v, p: mass(x[0], p.k) * v[0] ** 2 / 2 - x[0] ** 2 / 2,
+                 duration=4)  # fmt: skip
+
+
 @pytest.mark.parametrize(("scene", "rule", "order"), [
     ("kepler", "trapezoidal", 2),
+    (of_mass("cosine-mass", lambda x, k: 2 + sympy.cos(x)), "midpoint", 2),
+    (of_mass("square-mass", lambda x, k: k + k**2 * x**2), "midpoint", 2),
     pytest.param("pendulum", "gauss-2", 4, marks=slow),
     pytest.param("rotor-body", "rectangle", 1, marks=slow),
 ])  # fmt: skip
@@ -179,6 +188,31 @@ def test_formulas_are_what_numbers_are(scene, rule, order):
     np.testing.assert_allclose(found, equation.hamiltonian(z)[:, -1], rtol=1e-12, atol=1e-14)
     fields = [[float(sympy.sympify(e).subs(at)) for e in term] for term in formulas.field]
     np.testing.assert_allclose(fields, equation.field(z)[:, -1], rtol=1e-12, atol=1e-14)
+
+
+def test_a_sum_that_is_divided_by_replaces_its_parts():
+    """With A = 2 + k cos x, cos and sin² are written in A, so that they cancel against 1/A."""
+    x, k = sympy.symbols("x k", real=True)
+    atoms = laurent.Atoms(exact=True)
+    cos, sin = (atoms.function(name, atoms.letter(x)) for name in ("cos", "sin"))
+    below = 2 + atoms.letter(k) * cos
+    inverse = 1 / below
+    assert below * inverse - 1 == 0
+    assert len((sin * sin * inverse).terms) == 4  # 1/A − (A − 2)²/(k² A)
+    other = 1 / (cos + sin)  # no rule: sin = B − cos would put cos² into its own
+    assert len((other * cos * cos * sin).terms) <= 4
+
+
+def test_a_formula_is_zero_where_it_is_at_random_points():
+    x = sympy.Symbol("x", real=True)
+    atoms = laurent.Atoms(exact=True)
+    at = atoms.letter(x)
+    double = atoms.function("sin", 2 * at)
+    half = atoms.function("sin", at) * atoms.function("cos", at)
+    assert atoms.is_zero(0) and atoms.is_zero(double - 2 * half)
+    assert not atoms.is_zero(double - 2 * half + laurent.Fraction(1, 10**30))
+    root = atoms.power(1 - at * at, laurent.Fraction(1, 2))
+    assert atoms.is_zero(root * root + atoms.power(at, 2) - 1) and not atoms.is_zero(root - at)
 
 
 def test_what_has_no_modified_equation_is_refused_in_a_sentence():
