@@ -18,6 +18,7 @@ from discmech.integrators.equations import (
     met_by_velocity,
     reaction_matrix,
 )
+from discmech.integrators.flows.latex import parameter_names
 
 from ..report import wording
 from ..report.formulas import Typesetter, ascending
@@ -25,8 +26,6 @@ from .stage_sums import StageSum
 
 MOST_SHARES = 8  # largest number of substep sizes that are listed for a composition
 Terms = Sequence[Any]
-#: letters that have a meaning on the page; a parameter with such a name gets another one
-LETTERS = {*"xyzuvwhtslbVLfμλν", "L_d", "t_z", "t_w"}
 
 
 @dataclass(frozen=True)
@@ -205,8 +204,11 @@ def plain_text(terms: Terms, letters: Mapping[Any, str]) -> str:
 
 
 def subscript(name: str) -> str:
-    """Return x_1 as x₁, and f_3[x_1] as f₃[x₁]."""
-    return re.sub(r"(?<=\w)_(\d+)(?!\w)", lambda match: wording.subscript(match[1]), name)
+    """Return x_1 as x₁, a_1_2 as a₁,₂, and f_3[x_1] as f₃[x₁]."""
+    return re.sub(
+        r"(?<=\w)_(\d+(?:_\d+)*)(?!\w)",
+        lambda match: wording.subscript(match[1].replace("_", ",")), name,
+    )  # fmt: skip
 
 
 def notation(scheme: Scheme) -> str:
@@ -281,13 +283,7 @@ def letters_of(scheme: Scheme) -> dict[Any, str]:
         symbol: letter if len(column) == 1 else f"{letter}_{i + 1}"
         for letter, column in columns for i, symbol in enumerate(column)
     }  # fmt: skip
-    for parameter in s.parameter_list:
-        word = str(parameter)
-        # kernels have their own letters, which a page does not have
-        word = word if (plain := word.removeprefix("p.")) in LETTERS else plain
-        name, _, index = word.rpartition("_")
-        letters[parameter] = f"{name}_{int(index) + 1}" if index.isdigit() and name else word
-    return letters
+    return letters | parameter_names(scheme)
 
 
 def _after(symbol: Any) -> Any:

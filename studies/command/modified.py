@@ -153,6 +153,8 @@ def _page(
 ) -> list[str]:
     import sympy
 
+    from discmech.integrators.flows.latex import letter
+
     from .equations import letters_of, plain_text, subscript
 
     title = (
@@ -161,12 +163,15 @@ def _page(
     lines = [title, "=" * len(title), ""]
     whole = "f̃ = f₁ + h f₂ + h² f₃ + …" if "f_1" in " ".join(terms) else "H̃ = H₁ + h H₂ + h² H₃ + …"
     lines += [f"{whole}; terms that are not listed are 0:"] if terms else []
-    letters = {each: name.removeprefix("p.") for each, name in letters_of(scheme).items()}
-    names = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
+    letters = letters_of(scheme)
+    named = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
+    latex_names = {symbol: letter(str(symbol)) for symbol in named.values()}
     for label, e in terms.items():
         name, value = _in(letters, label), sympy.sympify(e)
         if latex:
-            lines.append(f"{name} = {sympy.latex(value.xreplace(names))}")
+            value = value.xreplace(named)
+            shown = sympy.latex(value, symbol_names=latex_names, mul_symbol=r"\,")
+            lines.append(f"{letter(name)} = {shown}")
             continue
         shown = plain_text([value], letters)
         if len(shown) > LONGEST:
