@@ -19,6 +19,7 @@ from ..core.claims import not_claimed
 from .in_numbers import ENOUGH, decisive, resolved, rounded
 from .limits import LIMITS
 from .own_derivatives import STEPS
+from .places import in_box
 from .records import FoundOfNumbers, OfNumbers
 
 _ROUGH = (
@@ -61,7 +62,9 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
         if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
         demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
-        return Verdict("pass", "", {**expected, "not_demanded": reason, "demanded": demanded})
+        said = "; ".join(_looked_at(case, rows))
+        said = f"{said[:1].upper()}{said[1:]}." if said else ""
+        return Verdict("pass", said, {**expected, "not_demanded": reason, "demanded": demanded})
     rough = f"; {_ROUGH.format(noise)}" if noise else ""
     if certain > rounded(case):
         row = max(rows, key=lambda r: r.certain or 0.0)
@@ -90,6 +93,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
             return Verdict("inconclusive", unknown, expected)
         told = f"the form is kept in single steps and in runs of up to {run.seen} steps"
         told += "; the motion of a map of one step is not held against a scene's" * is_map
+        told = "; ".join([told, *_looked_at(case, rows)])
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
     said = f"no defect is seen, but one of {resolution:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
@@ -136,12 +140,37 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     return Verdict("fail", said, measured={worst.what: off})
 
 
-def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
-    """Return why a derivative that is not wrong is not known to be right; or ""."""
+def _looked_at(case: Case, rows: Sequence[OfNumbers]) -> list[str]:
+    """Return how far a derivative that is given was held against steps, and how fine a box is."""
+    told = []
+    if in_box(case.scheme):
+        states = {tuple(row.state) for row in rows}
+        share = len(states) ** (-1 / len(rows[0].state))
+        told.append(f"its box was looked at from {len(states)} drawn states, one to {share:.2g} of "
+                    "each side")  # fmt: skip
+    for (what, by), hidden in _hidden(rows).items():
+        of = "steps" if what == "jacobian" else f"runs of {STEPS} steps"
+        places = sum(any((e.what, e.by) == (what, by) for e in row.derivatives) for row in rows)
+        told.append(f"its {what} by {by} is that of {of} from {places} places, but for errors of "
+                    f"{hidden:.0e} of the motion")  # fmt: skip
+    return told
+
+
+def _hidden(rows: Sequence[OfNumbers]) -> dict[tuple[str, str], float]:
+    """Return what differences hide of each derivative that is given, at the place that tells most.
+
+    The keys are its name, and by what it is taken.
+    """
     best: dict[tuple[str, str], float] = {}
     for each in (each for row in rows for each in row.derivatives):
         key = each.what, each.by
         best[key] = min(best.get(key, math.inf), each.hidden)
+    return best
+
+
+def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
+    """Return why a derivative that is not wrong is not known to be right; or ""."""
+    best = _hidden(rows)
     allowed = min(0.01, LIMITS["own derivative"] * case.rule.unit(16) / 2.0**-53)
     for (what, by), hidden in best.items():
         if not hidden <= allowed:

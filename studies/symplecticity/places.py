@@ -38,9 +38,9 @@ class Look:
     rate: float
 
 
-def in_box(scheme: Any) -> bool:
-    """True if a map runs on its own box of states, and not on a scene that was named."""
-    return bool(scheme.rule.states) and scheme.scene.name == scheme.rule.own_scene.name
+def in_box(case: Any) -> bool:
+    """True if the map of a case or scheme runs on its own box of states, not on a named scene."""
+    return bool(case.rule.states) and case.scene.name == case.rule.own_scene.name
 
 
 def looks(scheme: Any) -> tuple[list[Look], Vector, int]:

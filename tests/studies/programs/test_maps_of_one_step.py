@@ -5,6 +5,9 @@ import pytest
 
 from discmech import BadInput, Scheme, black_box, scenes
 from discmech.studies.command.entry import main
+from discmech.studies.core.case import Case
+from discmech.studies.symplecticity import in_numbers
+from discmech.studies.symplecticity.judging_numbers import judge
 from discmech.studies.symplecticity.places import looks
 
 from .judging import judged
@@ -43,6 +46,13 @@ def test_a_map_without_a_scene_is_judged_in_its_box_of_states(name, code, tmp_pa
     file.write_text(RING)
     assert main(["symplecticity", f"{file}:{name}"]) == code
     capsys.readouterr()
+
+
+def test_a_pass_says_how_fine_its_box_was_looked_at():
+    box = black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]))(kicked(1))
+    case = Case("symplecticity", box.own_scene, box, 16)
+    told = judge(case, in_numbers.measure(case, lambda *_: None))
+    assert told.verdict == "pass" and "from 6 drawn states, one to 0.41 of each" in told.reason
 
 
 def kicked(h):
