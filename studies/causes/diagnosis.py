@@ -151,9 +151,12 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             "the scene's discrete_lagrangian is none of its lagrangian: "
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
         )
-    mend = "mend the rule, or declare that order."
+    order = round(errors.order, 2)
+    if math.isfinite(order) and abs(order - round(order)) < NEAR:  # 1.98 is 2
+        order = round(order)
+    mend = f"mend the rule, or declare order {order:.3g}."
     if errors.order_of_points > wanted - NEAR:
-        mend = "take it out, or declare that order."
+        mend = f"take it out, or declare order {order:.3g}."
     mean = mean_of_points(scheme) if abs(errors.order - 1) < NEAR else ""
     if mean not in ("", "1/2"):
         middle = truncation(scheme_of(scheme.scene, midpoint)).order
@@ -191,8 +194,8 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             )
     return (
         "discrete Lagrangian",
-        f"L_d differs from the exact discrete Lagrangian by O(h^{errors.order + 1:.2f}), not "
-        f"O(h^{wanted + 1}) ({off}): the method is of order {errors.order:.2f} (Marsden, West, "
+        f"L_d differs from the exact discrete Lagrangian by O(h^{order + 1:.3g}), not "
+        f"O(h^{wanted + 1}) ({off}): the method is of order {order:.3g} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
     )
 

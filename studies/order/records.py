@@ -179,6 +179,8 @@ class Curve:
             said += f" {self.usual}" if self.usual != order else " less"
         ends = value in (self.cases[0][0], self.cases[-1][0])
         beyond = "It is an end of the range: beyond it may be a better one." if ends else ""
+        if len(self.cases) == 2:
+            beyond = "Two values are no range: others may be better."
         return (
             f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {written}"
             f", {said}; its error constant is {_shown(case)}{to_time(case)}. {beyond}".rstrip()

@@ -30,7 +30,8 @@ from .steps import Comparison, Gaps
 MOST_LETTERS = 130  # coefficients of a class with which a law is looked at
 TOO_MANY = f"a scene has more than {MOST_LETTERS} coefficients there"
 MOST_POWER = 7  # of h, to which a law is looked at where the order does not ask for more
-BY_A_THEOREM = "by a theorem, as it has a discrete Lagrangian"
+#: nonholonomic scenes are no class of these, and forced ones are not asked
+BY_A_THEOREM = "by a theorem, as it has a discrete Lagrangian (nonholonomic scenes have no form)"
 
 
 @dataclass(frozen=True)

@@ -100,7 +100,7 @@ class Result:
             order = "" if a.order is None else f"order {'≥ ' * a.at_least}{a.order}"
             lines.append(f"  {name:<{width}}  {a.verdict:<11}  {order:<9}  {a.why}".rstrip())
         for power, condition in self.conditions.items():
-            lines.append(f"  order {power}: {condition}")
+            lines.append(f"  would be of order {power}: {condition}")
         if self.leading:
             lines.append("  leading error " + " + ".join(
                 f"({c}) {name}" for name, c in self.leading.items()))  # fmt: skip

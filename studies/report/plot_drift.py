@@ -90,12 +90,14 @@ def drift(
 
 
 def drifted(case: AnyResult, name: str) -> str:
-    """Return the rule, the worst drift of this quantity, and "fail" if this quantity fails."""
+    """Return the rule, its worst drift of this quantity, and the word for one above its limit."""
     worst, limit = case.measured.drift.get(name), case.expected.limit
     if worst is None:
         return f"{case.method}\n({case.verdict})"
     words = f"{case.method}  {scientific(worst, 0)}"
-    return words if limit is None or worst <= limit else f"{words}\n(fail)"
+    if limit is None or worst <= limit:
+        return words
+    return f"{words}\n({'measured' if case.verdict == 'measured' else 'fail'})"
 
 
 def _drifts(case: AnyResult, name: str) -> list[tuple[float, float]]:
@@ -161,7 +163,10 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
                 for error in (low, high)
                 if scale * abs(error) > 0.22
             ]
-            labels.append((end, -float(index), _band(case, larger), mark.colour))
+            words = _band(case, larger)
+            if curve and curve[-1][0] < end / 2:  # a sliver beside longer runs
+                words += f"\nto t = {curve[-1][0]:.3g}"
+            labels.append((end, -float(index), words, mark.colour))
         axes.set_yticks(*zip(*ticks, strict=True))
         axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
         end_labels(axes, labels, indent=6)

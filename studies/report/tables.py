@@ -298,7 +298,7 @@ def _once(shown: list[Column], cases: Sequence[AnyResult]) -> tuple[str, list[Co
 
 
 def print_result(screen: Console, result: StudyResult) -> None:
-    """Print the table, then a paragraph per case in trouble, too long for a column.
+    """Print the table, how far passes reach, and a paragraph per case in trouble.
 
     A view may have its own way (`View.printed`).
     """
@@ -306,6 +306,10 @@ def print_result(screen: Console, result: StudyResult) -> None:
         printed(screen, result)
         return
     screen.print(terminal_table(result))
+    sure = [case for case in result.cases if case.reason and not case.is_trouble]
+    for case, reason in zip(sure, whys(sure), strict=True):
+        words = f"{case.word}: {case.name}: {reason}"
+        screen.print(words, highlight=False, markup=False, soft_wrap=True)
     print_trouble(screen, result.cases)
 
 

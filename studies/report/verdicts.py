@@ -38,12 +38,12 @@ def line(case: AnyResult, told: Collection[str] = ()) -> str:
     """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
     0.05).
 
-    For a case in trouble it has the reason, or a word for one that was printed before. The cause
+    It has the reason, if there is one, or a word for one that was printed before. The cause
     and the command come once, at the end (`troubles`).
     """
     written = view_of(case.study).line
     figure = written(case) if written and case.figures else got(case)
-    why_not = case.reason.partition(" Cause: ")[0] if case.is_trouble else ""
+    why_not = case.reason.partition(" Cause: ")[0]
     why_not = "as above" if why_not and case.reason in told else why_not
     figure = why_not if figure == NONE and why_not else figure
     expected = wanted(case)

@@ -121,10 +121,10 @@ def why(case: AnyResult) -> str:
     small = case.smallest
     if small is None:
         return case.reason
-    whatever = f", whatever {' and '.join(small.whatever)}" if small.whatever else ""
+    ones = f", also with {' and '.join(small.whatever)} set to 1" if small.whatever else ""
     steps = f"{small.scene} in {small.steps} steps" if small.steps else f"{small.scene}"
     again = "the same" if small.command == case.command != "" else small.command or steps
-    return f"{case.reason} The smallest that fails: {again}{whatever}."
+    return f"{case.reason} The smallest that fails: {again}{ones}."
 
 
 def whys(cases: Sequence[AnyResult]) -> list[str]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 KINDS = ("phase", "energy", "base", "time", "control")
 MOST_PANELS = 9
+ROUNDED = 1e-12  # of the largest entry: changes below it are round-off of a run
 COMPARED = 500  # points of a curve by which it is seen whether it coincides with another
 
 
@@ -185,9 +186,13 @@ class _Run:
         return np.pi - (np.pi - values) % (2 * np.pi) if self.wraps(name, k) else values
 
     def moves(self, name: str, site: int, k: int) -> bool:
-        """True if an entry is not the same in all rows."""
+        """True if an entry is not the same in all rows, but for round-off beside its like."""
+        import numpy as np
+
         values = self.column(name, site, k)
-        return bool((values != values[0]).any())
+        kin = {"t": self.t, "control": self.controls}.get(name, getattr(self, name, None))
+        size = np.abs(np.asarray(kin, dtype=float)).max(initial=0)
+        return not (np.abs(values - values[0]) <= ROUNDED * size).all()
 
     def wraps(self, name: str, k: int) -> bool:
         """True if an entry is an angle to be wrapped."""
@@ -385,9 +390,13 @@ def _time(runs: Sequence[_Run]) -> list[Panel]:
 def _control(runs: Sequence[_Run]) -> list[Panel]:
     if any(run.controls is None for run in runs):
         raise BadInput('kind "control" is of a motion that control.solve(...) returns.')
-    count = runs[0].controls.shape[1]
+    count = range(runs[0].controls.shape[1])
+    acting = [
+        k for k in count  # one that is steady acts, and one that is round-off does not
+        if any(abs(e[:, k]).max() > ROUNDED * abs(e).max() for e in (run.controls for run in runs))
+    ]  # fmt: skip
     return [_against(runs, ("t", 0, 0), [("control", 0, k)], runs[0].name("control", 0, k))
-            for k in range(count)]  # fmt: skip
+            for k in acting or count]  # fmt: skip
 
 
 def _energy(runs: Sequence[_Run]) -> list[Panel]:

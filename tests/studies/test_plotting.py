@@ -184,6 +184,8 @@ def test_a_steered_motion_is_drawn_and_filmed(steered):
     assert "by midpoint" in words(axes.figure) and len(plot(steered, "base").axes) == 1
     with pytest.raises(BadInput, match="controls change the energy"):
         plot(steered, "energy")
+    top = problems.get("upright-top").solve(8)  # its third torque is round-off
+    assert len(plot(top).axes) == 2 and len(plot(top, "time").axes) == 3
     with pytest.raises(BadInput, match='kind "control" is of a motion'):
         plot(run_of("pendulum"), "control")
     drawn(film(steered, lambda x: [[x[0], 0]]), 7)

@@ -129,6 +129,7 @@ def _drawn(panel):
     ((0.1, 0.1, 0.1001), "w makes no difference, as all of 3 values have the order 2"),
     ((0.1, 0.2, 0.3),
      "w = 0, has the order 2; its error constant is 0.1 at t = 2.5. It is an end of the range"),
+    ((0.1, 0.2), "Two values are no range: others may be better."),
     ((0.2, 0.1, 0.3), "w = 1, has the order 2; its error constant is 0.1 at t = 2.5."),
 ])  # fmt: skip
 def test_a_best_value_at_the_end_and_none_at_all_are_said(sizes, word):

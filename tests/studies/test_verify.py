@@ -1,10 +1,13 @@
 """discmech verify: what runs on what, verdicts as they come, table, JSON, page and exit code."""
 
+import io
 import json
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
 import pytest
+from rich.console import Console
 
 from discmech.integrators import BadInput, rules, scenes
 from discmech.studies import get
@@ -13,6 +16,7 @@ from discmech.studies.core.fingerprint import of_proof
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import verdicts
+from discmech.studies.report.tables import print_result
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import (
@@ -132,7 +136,8 @@ def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder, monkeyp
                                               "discmech prove wrong.py:beside"]  # fmt: skip
     right, wrong = verdicts.proofs(StudyResult(proofs=proofs))
     assert right == ("two-thirds: order 2 is proven for every Lagrangian of 7 classes; the form "
-                     "is proven by a theorem, as it has a discrete Lagrangian, for all of them "
+                     "is proven by a theorem, as it has a discrete Lagrangian (nonholonomic "
+                     "scenes have no form), for all of them "
                      "(discmech prove both.py:two-thirds).")  # fmt: skip
     assert wrong.startswith("beside: order 2 is disproven for T(v) − V(x), n = 2 (h^2 ")
     assert "2 classes more: a scene that shows it is an exception" in wrong
@@ -388,6 +393,11 @@ def test_a_line_of_what_failed_says_why_once():
     said = verdicts.line(case)
     assert said.startswith("✗ energy: kepler, mine") and said.endswith(": the energy drifts.")
     assert "drifts" not in verdicts.line(case, [case.reason])
+    sure = replace(case, verdict="pass", reason="the form is kept in runs of up to 512 steps.")
+    assert verdicts.line(sure).endswith(sure.reason)  # how far a pass reaches
+    screen = Console(file=io.StringIO(), width=100)
+    print_result(screen, StudyResult(study="energy", verdict="pass", cases=[sure]))
+    assert f"pass: kepler, mine, 16 digits: {sure.reason}" in screen.file.getvalue()
 
 
 def test_a_rule_for_pairs_alone_is_tried_on_six_scenes_of_these():

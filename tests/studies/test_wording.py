@@ -6,6 +6,7 @@ import io
 import math
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -139,6 +140,8 @@ def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
     given = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
     case = result_of("momentum", given | {"measured": {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}})
     assert plot_drift.drifted(case, "|Γ|²") == "midpoint  2×10⁻¹²\n(fail)"
+    free = replace(case, verdict="measured")
+    assert plot_drift.drifted(free, "|Γ|²") == "midpoint  2×10⁻¹²\n(measured)"
     assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
     assert plot_drift.drifted(result_of("momentum", given), "μ₃") == "midpoint\n(fail)"
 

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...errors import RAISED, BadInput, Displaced, StepFailure, at_line, line_of, remedy
-from ...numbers.types import Number, Vector
+from ...numbers.types import Matrix, Number, Vector
 from .signatures import functions_of, takes_system
 
 #: a `BlackBox`, and a `SceneInNumbers`, whose files come after this one
@@ -177,6 +177,7 @@ class Calls:
         answer = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(answer), ((rows, *q.shape), (rows, *p.shape)))
+        self._check_own(np.hstack([qs, ps]), np.hstack([q, p]))
         if _displaced(qs[0], q) or _displaced(ps[0], p):
             off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
             said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
@@ -225,6 +226,15 @@ class Calls:
                 )
             arrays.append(array.astype(self.kind))
         return arrays[0], arrays[1]
+
+    def _check_own(self, rows: Matrix, start: Vector) -> None:
+        """Raise `BadInput` for rows that are one array, which all show the last state."""
+        same = (rows[1:] == rows[-1]).all() and (rows[-1] != start).any()
+        if same and (len(rows) > 2 or (len(rows) == 2 and (rows[0] == rows[1]).all())):
+            raise BadInput(
+                f"{self.what} gives rows that are all the same, as those of one array are that is "
+                "changed in place: append q.copy() and p.copy()."
+            )
 
     def _check_finite(self, k: int, q: Vector, p: Vector) -> None:
         if self.kind.kind == "O":

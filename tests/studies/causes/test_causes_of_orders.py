@@ -264,7 +264,7 @@ def test_an_innocent_float_is_no_cause():
         return h * L(middle, u) + h**2 * potential / 10**8 + 0.1 * h**3 * potential
 
     found = cause(replace(order("pendulum", decoy), digits=50))
-    assert found["cause"] == "discrete Lagrangian" and "O(h^2.00)" in found["sentence"]
+    assert found["cause"] == "discrete Lagrangian" and "O(h^2)" in found["sentence"]
 
 
 @pytest.mark.slow
@@ -406,7 +406,7 @@ def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, wrapped):
 
 
 @pytest.mark.parametrize(("off", "named"), [
-    ((1, -1), "the method is of order 1.99"), ((0, 1), "L_d is 1.000002 times a consistent one"),
+    ((1, -1), "the method is of order 2 "), ((0, 1), "L_d is 1.000002 times a consistent one"),
 ])  # fmt: skip
 def test_a_small_fault_is_told_at_steps_that_show_it_alone(off, named):
     """At a quarter of the scene's step h^4 and 1e-6 h^2 are as large, and looked like a factor."""

@@ -153,6 +153,17 @@ def test_other_bad_input_is_one_sentence():
 
     with pytest.raises(BadInput, match="changes its argument in place"):
         Scheme(scenes.get("pendulum"), in_place).flow("0.1").trajectory(1)
+
+    @black_box(runs=True, name="one-array")
+    def one_array(q, p, h, steps, every):
+        qs, ps = [q.copy()], [p.copy()]
+        for _ in range(steps // every):
+            q += h
+            qs, ps = [*qs, q], [*ps, p]
+        return np.array(qs), np.array(ps)
+
+    with pytest.raises(BadInput, match="rows that are all the same, as those of one array"):
+        Scheme(scenes.get("harmonic"), one_array).flow("0.1").trajectory(3)
     with pytest.raises(StepFailure, match="not finite"):
         Scheme(scenes.get("pendulum"), not_a_number).flow("0.1").trajectory(1)
     with pytest.raises(BadInput, match="takes 2 arguments"):
