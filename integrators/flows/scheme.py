@@ -156,8 +156,7 @@ class Scheme(DiscretisedScene):
         for a tolerance out of reach, for one with stepped impacts, and where nothing is proven.
         """
         if impacts is not None:
-            if self.scene.contact is None:
-                raise BadInput(f"{self.scene.name} has no contact: leave impacts= out.")
+            self.scene.refuse("impacts")
             return self.at(impacts=impacts).flow(step, digits, on_edge, tolerance=tolerance)
         if (step is None) == (tolerance is None):
             raise BadInput(
@@ -185,10 +184,10 @@ class Scheme(DiscretisedScene):
             (tolerance is not None, "give a step, no tolerance"),
             (on_edge != "refuse", "leave on_edge= out"),
             (not 16 < digits <= 300, "ask for 17 to 300 digits, as by digits=30"),
-            (self.scene.contact is not None, "impulses have no proof here"),
         ):
             if is_so:
                 raise BadInput(f"{self.scene.name}: a proven run is made in balls: {why}.")
+        self.scene.refuse("a proof")
         made: Flow = proven_flow(self, step, digits, substeps=self.flow_substeps)
         return made
 

@@ -172,19 +172,14 @@ class StepContext:
     def check_one_arrow(self) -> None:
         """Raise `CannotMeasure` where a step is no map of arrows (x, u)."""
         scene, rule = self.scene, self.scheme.rule
-        for is_so, why in (
-            (scene.contact is not None, f"{scene.name} has contact: a step is a map on (x, mu) "
-             "with impulses in it, not on arrows (x, u); use dual_step."),
-            (scene.all_constraints,
-             f"{scene.name} has constraints: a step is a map on (x, mu), not on "
-             "arrows (x, u); use dual_step and flows.restricted_form_defect."),
-            (self.equations.arrows is None, f"{rule.name} is a one-step map: it has no discrete "
-             "Lagrangian, so no Ω on G; use dual_step and poisson_defect."),
-            (self.substeps, f"{rule.name} is a composition: it steps on (x, mu), not on arrows "
-             "(x, u); use dual_step and poisson_defect."),
-        ):  # fmt: skip
-            if is_so:
-                raise CannotMeasure(why)
+        scene.refuse("arrows")
+        use = "use dual_step and poisson_defect"
+        if self.equations.arrows is None:
+            why = f"it has no discrete Lagrangian, so no Ω on G; {use}"
+            raise CannotMeasure(f"{rule.name} is a one-step map: {why}.")
+        if self.substeps:
+            why = f"it steps on (x, mu), not on arrows (x, u); {use}"
+            raise CannotMeasure(f"{rule.name} is a composition: {why}.")
 
     def failure(
         self,

@@ -135,21 +135,16 @@ class Discretisation:
                 f"values it has which order; give a value, as in --vary {free[0]}=0:1:11 or "
                 f"parameters={{{free[0]!r}: 1}}."
             )
-        if scene.in_numbers and self.is_formula:
-            return (
-                f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
-                "nothing: only black boxes run on it."
-            )
+        asked = ["a formula"] * self.is_formula
+        if self.stages or self.splits:
+            asked.append("points of a straight step")
+        if refusal := scene.refusal_of(*asked, rule=self.name):
+            return refusal
         of_value = self.is_formula and self.asks_lagrangian and scene.hamiltonian is not None
         if of_value and (no_value := scene.without_lagrangian):
             return (
                 f"{scene.name}: {no_value}, so {self.name} has nothing to discretise: take a "
                 "one-step map such as implicit-midpoint or dual-gauss-2, or a black box."
-            )
-        if scene.all_constraints and (self.stages or self.splits):
-            return (
-                f"{scene.name} has constraints, which are met at points of a straight step, and "
-                f"{self.name} has none: take a rule without stages, such as midpoint."
             )
         if not self.groupoids or scene.groupoid.kind in {GROUPOIDS[e][0] for e in self.groupoids}:
             return ""

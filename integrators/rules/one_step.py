@@ -50,32 +50,17 @@ class OneStepMap(Discretisation):
 
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the map has no meaning for the scene, or ""."""
-        if scene.all_constraints:
-            return (
-                f"{scene.name} has constraints, which the map {self.name} knows nothing of: take a "
-                "rule such as midpoint."
-            )
-        if scene.lagrangian is None and not scene.in_numbers:
-            return (
-                f"{scene.name} has only a discrete Lagrangian, so {self.name} has no vector field "
-                "to follow."
-            )
-        if self.one_form and scene.one_form is None:
-            return (
-                f"{self.name} is a method for Lagrangians ϑ(x)·v − H(x), given by one_form= and "
-                f"hamiltonian=, and that of {scene.name} is none."
-            )
+        asked = ["a one-step map"]
+        if self.one_form or self.groupoids:
+            asked.append("a map of one-forms" if self.one_form else "a map of positions")
+        if refusal := scene.refusal_of(*asked, rule=self.name):
+            return refusal
         of = scene.lagrangian
         if self.one_form == "half" and isinstance(of, AffineLagrangian) and not of.halved(scene):
             return (
                 f"{self.name} needs coordinates in which half of the components of ϑ vanish, and "
                 f"those of {scene.name} do not: add the differential of a function to its one-form "
                 "that removes them, or take projected-gauss-1, which takes any."
-            )
-        if scene.one_form is not None and not self.one_form and self.groupoids:
-            return (
-                f"{self.name} knows positions and momenta, and x of {scene.name} is a phase space: "
-                "take implicit-midpoint, or a method for one-forms such as projected-gauss-1."
             )
         return super().refusal(scene)
 

@@ -9,12 +9,13 @@ from .pickled import Again, again, flow_of
 from .quantities import Conserved, OnGroup, arguments_of, on_group, takes_fourth
 from .reads import Opaque, reads, remembered
 from .scene import Scene
+from .system import System
 
 #: the references import only from here, and share no formula with the rest; refusals of long
 #: numbers are here too, and the names of what a scene's functions take and give
 __all__ = [
     "Again", "BadInput", "Column", "Conserved", "Constraint", "ConstraintKind", "ConstraintParts",
     "Covector", "OnGroup", "Opaque", "Parameters", "Point", "Scalar", "Scene", "SymbolicMatrix",
-    "Velocity", "again", "arguments_of", "entries_of", "flow_of", "halves", "on_group", "reads",
-    "refuse_unwritten", "remembered", "short_numbers", "takes_fourth", "velocity_rows",
+    "System", "Velocity", "again", "arguments_of", "entries_of", "flow_of", "halves", "on_group",
+    "reads", "refuse_unwritten", "remembered", "short_numbers", "takes_fourth", "velocity_rows",
 ]  # fmt: skip

@@ -7,13 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from ..errors import (
-    OF_FILE,
     BadInput,
     check_function,
-    check_name,
     check_parameters,
     names_checked,
     nearest,
@@ -21,31 +19,20 @@ from ..errors import (
 )
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..hooks import scheme
-from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
+from ..numbers import exact_nested, exact_rational, exact_vector, flatten
 from ..numbers.types import Exact, Function, Given
 from ..retractions import Retraction
 from .affine import AffineLagrangian
 from .constraints import HOLONOMIC, NONHOLONOMIC, Constraint, entries_of
 from .legendre import LegendreTransform
 from .pickled import Again, again
-from .quantities import Conserved, OnGroup, takes_fourth
-
-#: fields of a scene that are functions, with their arguments
-_FUNCTIONS = (
-    ("one_form", "(x, p)"),
-    ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
-    ("force", "(x, v, p)", "(x, v, p, t)"),
-    ("holonomic", "(x, p)", "(x, p, t)"),
-    ("nonholonomic", "(x, p)", "(x, p, t)"),
-    ("contact", "(x, p)"),
-    ("fast", "(x, p)"),
-    ("sigma", "(x, mu, p)"),
-)
+from .quantities import Conserved, OnGroup
+from .system import System
 
 
 @names_checked
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(System):
     """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
@@ -110,163 +97,91 @@ class Scene:
     sigma: Function | None = None
     one_form: Function | None = None
 
-    def __post_init__(self) -> None:
-        def put(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
+    functions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "one_form": ("(x, p)",),
+        "lagrangian": ("(x, v, p)", "(x, v, p, t)"),
+        "force": ("(x, v, p)", "(x, v, p, t)"),
+        "holonomic": ("(x, p)", "(x, p, t)"),
+        "nonholonomic": ("(x, p)", "(x, p, t)"),
+        "contact": ("(x, p)",),
+        "fast": ("(x, p)",),
+        "sigma": ("(x, mu, p)",),
+        "numeric_hamiltonian": ("(q, p)",),
+        "gradient": ("(q, p)",),
+    }
 
-        check_name("scene", self.name, OF_FILE)
-        if not isinstance(self.groupoid, Groupoid):
+    def __post_init__(self) -> None:
+        self.check_name("scene", "groupoid")
+        if isinstance(self.lagrangian, LegendreTransform | AffineLagrangian):
+            self.put(lagrangian=None)  # it follows from the Hamiltonian, as below
+        if (self.numeric_hamiltonian is None) != (self.gradient is None):
             raise BadInput(
-                f"{self.name}: groupoid is {shown(self.groupoid)}; give pair(n), lie_group(...), "
-                "action(...), product(...) or a LocalGroupoid."
+                f"{self.name}: give both numeric_hamiltonian=f, a function (q, p) of arrays, and "
+                "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
             )
-        if self.numeric_hamiltonian is not None or self.gradient is not None:
-            self._check_numeric()
+        self.check_features()
         if self.one_form is not None:
-            put("lagrangian", AffineLagrangian(self.one_form, self._checked_energy()))
+            if self.hamiltonian is None:
+                raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, of (x, p).")
+            if not self.groupoid.canonical or self.groupoid.dim_x % 2:
+                raise BadInput(
+                    f"{self.name}: one_form= makes a phase space of the x of a pair(n) with n "
+                    f"even, where dϑ can be regular; {self.groupoid.name} is none."
+                )
+            self.put(lagrangian=AffineLagrangian(self.one_form, self.hamiltonian))
         elif self.hamiltonian is not None:
-            self._check_hamiltonian()
-            put("lagrangian", LegendreTransform(self.hamiltonian))
-        elif isinstance(self.lagrangian, LegendreTransform | AffineLagrangian):
-            raise BadInput(f"{self.name}: without hamiltonian= give a lagrangian=.")
-        count = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
-        count += self.in_numbers
-        if not count or (count == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
+            self.put(lagrangian=LegendreTransform(self.hamiltonian))
+        given = self.lagrangian is not None, self.discrete_lagrangian is not None, self.in_numbers
+        if not any(given) or (all(given[:2]) and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(
                 f"{self.name}: give either lagrangian= or discrete_lagrangian=, or hamiltonian=."
             )
-        if self.force is not None and self.discrete_lagrangian:
-            raise BadInput(
-                f"{self.name}: force= acts beside a lagrangian=; a discrete Lagrangian has no "
-                "points that it could act at."
-            )
-        of_energy = ["(x, p)"] if self.one_form else ["(x, mu, p)", "(x, mu, p, t)"]
-        for word, *wanted in (("hamiltonian", *of_energy), *_FUNCTIONS):
-            if getattr(self, word) is not None:
-                check_function(getattr(self, word), f"{self.name}: {word}=", *wanted)
-        given_constraints = entries_of(self.constraints)
-        if not all(isinstance(e, Constraint) for e in given_constraints):
+        of_energy = ("(x, p)",) if self.one_form else ("(x, mu, p)", "(x, mu, p, t)")
+        if self.hamiltonian is not None:
+            check_function(self.hamiltonian, f"{self.name}: hamiltonian=", *of_energy)
+        self.check_functions()
+        if not all(isinstance(e, Constraint) for e in entries_of(self.constraints)):
             raise BadInput(
                 f"{self.name}: constraints= is {shown(self.constraints)}, but is a list of "
                 "Constraint, of kinds of one's own; say holonomic= for φ(x, t) = 0, nonholonomic= "
                 "for A(x) ξ = a(x, t), contact= for φ(x) ≥ 0."
             )
-        put("constraints", tuple(given_constraints))
+        self.put(constraints=tuple(entries_of(self.constraints)))
         for each in self.constraints:
             check_function(each.function, f"{self.name}: constraints=", "(x, p)", "(x, p, t)")
-        if self.all_constraints and (self.discrete_lagrangian or not self.lagrangian):
-            raise BadInput(f"{self.name}: constraints need a lagrangian= and no other.")
-        if self.holonomic is not None and not self.groupoid.dim_x:
-            raise BadInput(
-                f"{self.name}: {self.groupoid.name} has no base for φ(x) = 0; constraints of the "
-                "velocity are nonholonomic=."
-            )
-        if self.contact is not None:
-            for key in ("friction", "restitution"):
-                put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
-        self._check_contact()
+        if self.has_contact:
+            self._take_contact()
         check_parameters(self.parameters, self.name)
-        if (n := self.groupoid.dim_x) and isinstance(self.x0, list | tuple) and not self.x0:
+        n, m = self.groupoid.dim_x, self.groupoid.dim_u
+        if n and isinstance(self.x0, list | tuple) and not self.x0:
             raise BadInput(f"{self.name} has no start: give x0=, a list of {n} numbers.")
-        put("x0", exact_vector(self.x0, n, f"{self.name}: x0"))
+        self.put(x0=exact_vector(self.x0, n, f"{self.name}: x0"))
         if self.mu0 is not None:
-            if self.lagrangian is not None and self.hamiltonian is None:
-                raise BadInput(
-                    f"{self.name}: mu0 follows from v0 by the Lagrangian; give v0 alone."
-                )
-            if self.one_form is not None:
-                raise BadInput(f"{self.name}: mu0 is ϑ(x0), by one_form=; leave mu0= out.")
-            put("mu0", exact_vector(self.mu0, self.groupoid.dim_u, f"{self.name}: mu0"))
+            self.put(mu0=exact_vector(self.mu0, m, f"{self.name}: mu0"))
         begun = self.one_form is not None or self.mu0 is not None
         if begun and isinstance(self.v0, tuple) and not self.v0:
-            put("v0", (0,) * self.groupoid.dim_u)
-        put("v0", exact_vector(self.v0, self.groupoid.dim_u, f"{self.name}: v0"))
-        put(
-            "parameters",
-            {k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()},
-        )
-        put("duration", measure(self.duration, f"{self.name}: duration"))
-        step = self.duration / 1000 if self.step is None else self.step
-        put("step", measure(step, f"{self.name}: step"))
-        if self.duration <= 0 or self.step <= 0:
-            raise BadInput(f"{self.name}: duration and step must be positive.")
-        symmetries = entries_of(self.symmetries)
+            self.put(v0=(0,) * m)
+        self.put(v0=exact_vector(self.v0, m, f"{self.name}: v0"))
+        numbers = {
+            k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()
+        }
+        self.put(parameters=numbers)
+        self.take_times()
+        symmetries = tuple(entries_of(self.symmetries))
         for quantity in symmetries:
             if not isinstance(quantity, Conserved):
                 raise BadInput(
                     f"{self.name}: symmetries is {shown(self.symmetries)}, where {shown(quantity)} "
                     "is no symmetry: give a list of Conserved(...)."
                 )
-        put("symmetries", tuple(symmetries))
+        self.put(symmetries=symmetries)
 
-    def _checked_energy(self) -> Function:
-        """Return H of a one-form; raises `BadInput` unless both stand alone, in even numbers."""
-        if self.hamiltonian is None:
-            raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, a function (x, p).")
-        self._check_alone(
-            "one_form= and hamiltonian= stand", "numeric_hamiltonian", "force", "sigma"
-        )
-        if not self.groupoid.canonical or self.groupoid.dim_x % 2:
-            raise BadInput(
-                f"{self.name}: one_form= makes a phase space of the x of a pair(n) with n even, "
-                f"where dϑ can be regular; {self.groupoid.name} is none."
-            )
-        return self.hamiltonian
-
-    def _check_alone(self, words: str, *more: str) -> None:
-        """Raise `BadInput` if anything stands beside a Hamiltonian that cannot."""
-        others = ("discrete_lagrangian", "holonomic", "nonholonomic", "constraints", "contact",
-                  "fast", *more)  # fmt: skip
-        beside = [word for word in others if getattr(self, word) not in (None, ())]
-        follows = isinstance(self.lagrangian, LegendreTransform | AffineLagrangian)
-        if self.lagrangian is not None and not follows:
-            beside = ["lagrangian", *beside]
-        if beside:
-            raise BadInput(f"{self.name}: {words} alone; leave {beside[0]}= out.")
-
-    def _check_hamiltonian(self) -> None:
-        """Raise `BadInput` unless a Hamiltonian stands alone, with the momentum of the start."""
-        self._check_alone("hamiltonian= stands", "numeric_hamiltonian")
-        if self.mu0 is None:
-            raise BadInput(
-                f"{self.name}: a scene with hamiltonian= begins at x0= and mu0=; give the momentum "
-                "mu0, in the natural basis."
-            )
-
-    def _check_numeric(self) -> None:
-        """Raise `BadInput` unless a numeric Hamiltonian is the only energy, with its gradient."""
-        if self.numeric_hamiltonian is None or self.gradient is None:
-            raise BadInput(
-                f"{self.name}: give both numeric_hamiltonian=f, a function (q, p) of arrays, and "
-                "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
-            )
-        self._check_alone("numeric_hamiltonian= stands", "force")
-        if self.mu0 is None:
-            raise BadInput(
-                f"{self.name}: a scene in numbers begins at x0= and mu0=; give the momentum mu0."
-            )
-        check_function(self.numeric_hamiltonian, f"{self.name}: numeric_hamiltonian=", "(q, p)")
-        check_function(self.gradient, f"{self.name}: gradient=", "(q, p)")
-
-    def _check_contact(self) -> None:
-        if self.contact is None:
-            for key, default in (("friction", 0), ("restitution", 0), ("impacts", "stepped")):
-                if getattr(self, key) != default:
-                    raise BadInput(
-                        f"{self.name}: {key}={shown(getattr(self, key))} needs contact=, the gaps."
-                    )
-            return
-        if not self.groupoid.dim_x:
-            raise BadInput(
-                f"{self.name}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the "
-                f"base, of which {self.groupoid.name} must have one."
-            )
-        if self.all_constraints or self.discrete_lagrangian or not self.lagrangian:
-            raise BadInput(f"{self.name}: contact needs a lagrangian= alone, and no constraints.")
+    def _take_contact(self) -> None:
+        """Make the numbers of contact exact; raises `BadInput` where they are out of range."""
+        self.take_restitution()
+        self.put(friction=exact_nested(self.friction, f"{self.name}: friction"))
         if min(flatten((self.friction,)), default=0) < 0:
             raise BadInput(f"{self.name}: the friction is negative; give a number from 0.")
-        if isinstance(self.restitution, tuple) or not 0 <= self.restitution <= 1:
-            raise BadInput(f"{self.name}: give a restitution from 0 to 1, one for all contacts.")
         if not isinstance(self.impacts, str) or self.impacts not in ("stepped", "located"):
             raise BadInput(
                 f'{self.name}: impacts={shown(self.impacts)}; say "stepped" or "located".'
@@ -312,10 +227,18 @@ class Scene:
         return ""
 
     @property
+    def is_continuous(self) -> bool:
+        return self.lagrangian is not None or self.in_numbers
+
+    @property
+    def moving_constraints(self) -> bool:
+        """True if a constraint depends on the time."""
+        return any(c.timed for c in self.all_constraints)
+
+    @cached_property
     def timed(self) -> bool:
         """True if the Lagrangian, the force or a constraint depends on the time."""
-        of_time = takes_fourth(self.lagrangian) or takes_fourth(self.force)
-        return of_time or any(c.timed for c in self.all_constraints)
+        return super().timed or self.moving_constraints
 
     @property
     def clocked(self) -> bool:
@@ -324,7 +247,7 @@ class Scene:
         It is if something depends on the time, and if a force acts on a group without a base, where
         only the time distinguishes its points.
         """
-        return self.timed or (self.force is not None and not self.groupoid.dim_x)
+        return self.timed or (self.forced and not self.has_base)
 
     @property
     def laws(self) -> tuple[object, ...]:
@@ -405,9 +328,6 @@ class Scene:
         functions = (*self.laws, *(q.formula for q in self.symmetries),
                      *(c.function for c in self.constraints))  # fmt: skip
         return again(self, functions)
-
-    def __deepcopy__(self, memo: object) -> Scene:
-        return self  # a scene is immutable
 
     def steps_for(self, step: Given) -> int:
         """Return the number of steps of this size in the scene's duration, rounded."""

@@ -200,7 +200,7 @@ CASES = {
         lambda: Conserved("J", lambda x, mu, p, t: mu[0]), "J is .*, whose t would be h; write it"),
     "a velocity in a bond": (
         lambda: Lattice("bad", pair(1), 2, on_site=kinetic, on_bond=lambda x, v, p: v[0] ** 2),
-        r"on_bond is a function of \(x, v, p\), whose v would be y; write it with \(x, y, p\)"),
+        r"on_bond= is a function of \(x, v, p\), whose v would be y; write it with \(x, y, p\)"),
     "a cost in another order": (
         lambda: Control(plain(), lambda x, v, p, f: f[0] ** 2, ([1], [0])),
         r"cost= is a function of \(x, v, p, f\), whose p would be f; write it"),

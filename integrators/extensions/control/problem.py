@@ -50,12 +50,7 @@ class Control:
         if not isinstance(scene, Scene):
             raise BadInput(f"{shown(scene)} is no scene: give a Scene, or scenes.get(name).")
         name, m = scene.name, scene.groupoid.dim_u
-        bound = scene.all_constraints or scene.contact is not None or scene.one_form is not None
-        if scene.lagrangian is None or scene.discrete_lagrangian is not None or bound:
-            raise CannotMeasure(
-                f"{name}: control needs a scene with a lagrangian= and without constraints, "
-                "contact or one_form=: a force acts at the points where a rule asks for L."
-            )
+        scene.refuse("control")
         count = m if self.controls is None else self.controls
         if type(count) is not int or not 1 <= count <= MOST or (self.inputs is None and count != m):
             raise BadInput(

@@ -349,18 +349,10 @@ def _combined(
 
 def _refusal(scheme: Any) -> str:
     """Return why a scheme has no modified equation of this form, a sentence; "" if it has one."""
-    name, rule = scheme.scene.name, scheme.rule.name
+    rule = scheme.rule.name
     if "inner" in vars(scheme):
         return f"{rule} takes steps that vary, which have no such series: ask for its base rule's."
     if not scheme.rule.is_formula:
         return f"{rule} is a program, which has no series in the step."
-    for is_so, why in (
-        (scheme.scene.contact is not None, "has contact"),
-        (scheme.scene.all_constraints, "has constraints"),
-        (scheme.scene.timed, "depends on the time"),
-        (scheme.scene.discrete_lagrangian is not None, "gives its discrete Lagrangian itself"),
-        (scheme.scene.one_form is not None, "has a form dϑ of its own"),
-    ):
-        if is_so:
-            return f"{name} {why}: modified equations are known of free states (x, mu) alone."
-    return ""
+    refusal: str = scheme.scene.refusal_of("a modified equation")
+    return refusal

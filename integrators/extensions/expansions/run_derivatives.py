@@ -94,19 +94,11 @@ class RunDifferentiated:
 
     def _check(self) -> None:
         scene, rule = self.flow.scheme.scene, self.flow.scheme.rule
-        for is_so, why in (
-            (scene.contact is not None, f"{scene.name} has contact: a run has no derivative where "
-             "a contact closes or opens."),
-            (scene.all_constraints,
-             f"{scene.name} has constraints: derivatives of runs are those of "
-             "free states (x, mu)."),
-            (scene.one_form is not None, f"{scene.name} has a one-form, and mu = ϑ(x): derivatives "
-             "of runs are those of free states (x, mu)."),
-            (any(self.run.translates), f"the run of {scene.name} with {rule.name} left its chart: "
-             "take smaller steps."),
-        ):  # fmt: skip
-            if is_so:
-                raise CannotMeasure(why)
+        scene.refuse("derivatives of a run")
+        if any(self.run.translates):
+            raise CannotMeasure(
+                f"the run of {scene.name} with {rule.name} left its chart: take smaller steps."
+            )
 
     def _begun(self) -> np.ndarray:
         """Return the derivative of (x₀, μ₀) by what is varied, (N, N + parameters)."""

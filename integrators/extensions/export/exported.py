@@ -88,7 +88,7 @@ def exportable(scheme: Any, loops: bool = True) -> Any:
     what = ""
     if rule is not None and not rule.is_formula:
         what = f"{rule.name} is a program, which is code already"
-    elif getattr(scene, "contact", None) or getattr(scene, "has_contact", False):
+    elif getattr(scene, "has_contact", False):
         what = f"{name} has contact, whose impacts are searched in each step"
     elif type(scheme) not in (Scheme, LatticeScheme) or scene is None:
         what = f"{name} is made by loops of its own (a control, steps that vary)"

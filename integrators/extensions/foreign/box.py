@@ -117,20 +117,8 @@ class BlackBox(Discretisation):
 
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the box cannot run on the scene, or ""."""
-        if scene.contact is not None:
-            return f"{scene.name} has contact, of which the black box {self.name} knows nothing."
-        kinds = [c.kind.name for c in scene.all_constraints if c.kind.no_form]
-        kinds += ["moving" for c in scene.all_constraints if c.timed]
-        if kinds:
-            return (
-                f"{scene.name} has {kinds[0]} constraints, for which a black box such as "
-                f"{self.name} has no reference state: take a rule such as midpoint."
-            )
-        if scene.lagrangian is None and not scene.in_numbers:
-            return (
-                f"{scene.name} has only a discrete Lagrangian, so there is no motion that the "
-                f"black box {self.name} could approximate."
-            )
+        if refusal := scene.refusal_of("a black box", rule=self.name):
+            return refusal
         return super().refusal(scene) or self.form.refusal(scene)
 
     def discretise(self, scene: Scene) -> BoxScheme:

@@ -6,26 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from keyword import iskeyword
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from ...errors import (
-    OF_FILE,
     BadInput,
-    brief_name,
     check_function,
-    check_name,
     check_parameters,
     names_checked,
     shown,
 )
 from ...groupoids import Groupoid, LieGroup, RowAction
-from ...numbers import exact_nested, exact_rational, measure
+from ...numbers import exact_nested
 from ...numbers.lazy import LazyModule
 from ...numbers.types import Column, Function, Given, Parameters, Point, Rows
 from ...rules import Discretisation
-from ...scene import Again, again, arguments_of
+from ...scene import System, arguments_of
 from .group_elements import strangers
 
 #: the values of parameters by name: exact ones, or arrays with a row for each site or bond
@@ -35,21 +32,11 @@ _room: Any = LazyModule(str(__package__))  # its schemes, which are made of latt
 
 INTEGER = (int, np.integer)
 MOST_SITES = 10**9  # one coordinate of so many sites takes eight gigabytes
-#: fields of a lattice that are functions, with their arguments
-FUNCTIONS = {
-    "on_site": ("(x, v, p)", "(x, v, p, t)"),
-    "on_bond": ("(x, y, p)", "(x, y, p, t)", "(x, y, v, w, p)", "(x, y, v, w, p, t)"),
-    "force": ("(x, v, p)", "(x, v, p, t)"),
-    "bond_force": ("(x, y, v, w, p)", "(x, y, v, w, p, t)"),
-    "constraint": ("(x, y, p)",),
-    "contact": ("(x, p)",),
-    "bond_contact": ("(x, y, p)",),
-}
 
 
 @names_checked
 @dataclass(frozen=True, eq=False, repr=False)
-class Lattice:
+class Lattice(System):
     """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
 
     site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...) a
@@ -109,12 +96,18 @@ class Lattice:
     bond_force: Function | None = None
     bond_contact: Function | None = None
 
+    functions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "on_site": ("(x, v, p)", "(x, v, p, t)"),
+        "on_bond": ("(x, y, p)", "(x, y, p, t)", "(x, y, v, w, p)", "(x, y, v, w, p, t)"),
+        "force": ("(x, v, p)", "(x, v, p, t)"),
+        "bond_force": ("(x, y, v, w, p)", "(x, y, v, w, p, t)"),
+        "constraint": ("(x, y, p)",),
+        "contact": ("(x, p)",),
+        "bond_contact": ("(x, y, p)",),
+    }
+
     def __post_init__(self) -> None:
-        check_name("lattice", self.name, OF_FILE)
-        if not isinstance(self.site, Groupoid):
-            label = brief_name(self.site)
-            raise BadInput(f"{self.name}: site is {label}; give a groupoid, as pair(1) or lie_group"
-                           "(so(3)).")  # fmt: skip
+        self.check_name("lattice", "site")
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
             raise BadInput(
                 f"{self.name}: sites is {shown(self.sites)}; give a whole number from 2."
@@ -122,33 +115,21 @@ class Lattice:
         if self.sites > MOST_SITES:
             raise BadInput(f"{self.name}: {shown(self.sites)} sites are more than memory holds; "
                            f"give up to {MOST_SITES:,}.")  # fmt: skip
+        self.check_features()
         beside = (self.constraint, self.bond_force, self.bond_contact)
         if self.on_bond is None and any(term is not None for term in beside):
-            object.__setattr__(self, "on_bond", no_term)
+            self.put(on_bond=no_term)
         if self.bonds_move and self.on_site is None:
-            object.__setattr__(self, "on_site", no_term)
-        if self.bonds_move and self.constraint is not None:
-            raise BadInput(f"{self.name}: a bond with velocities and a constraint are not taken "
-                           "together; leave one out.")  # fmt: skip
-        for word, wanted in FUNCTIONS.items():
-            if word.startswith("on_") or getattr(self, word) is not None:
-                check_function(getattr(self, word), f"{self.name}: {word}", *wanted)
-        if self.constraint is not None and self.bond_force is not None:
-            raise BadInput(f"{self.name}: a bond has a constraint or a bond_force, and not both; "
-                           "give a force of the sites as force=.")  # fmt: skip
-        self._check_contact()
+            self.put(on_site=no_term)
+        self.check_functions("on_site", "on_bond")
+        self.take_restitution()
         named = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
             raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary of "
                            "functions ξ(x, p) by name.")  # fmt: skip
         for key, xi in named.items():
             check_function(xi, f"{self.name}: the symmetry {key}", "(x, p)")
-        duration = measure(self.duration, f"{self.name}: duration")
-        step = duration / 1000 if self.step is None else self.step
-        object.__setattr__(self, "duration", duration)
-        object.__setattr__(self, "step", measure(step, f"{self.name}: step"))
-        if self.duration <= 0 or self.step <= 0:
-            raise BadInput(f"{self.name}: duration and step must be positive.")
+        self.take_times()
         try:
             self.start, self.pairs, self.free, self.split_parameters  # noqa: B018 - checked now
         except MemoryError:
@@ -160,30 +141,11 @@ class Lattice:
         """Return the `LatticeScheme` by a rule, which `Scheme(lattice, rule)` is."""
         return _room.LatticeScheme(self, rule)
 
-    def _check_contact(self) -> None:
-        value = self.restitution
-        e = exact_rational(value, f"{self.name}: restitution")
-        object.__setattr__(self, "restitution", e)
-        if not 0 <= e <= 1:
-            raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
-        if not self.has_contact and e:
-            raise BadInput(f"{self.name}: restitution={shown(value)} needs contact=, the gaps.")
-        if self.has_contact and (self.constraint is not None or self.bonds_move):
-            raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
-                           "bond with velocities; leave one out.")  # fmt: skip
-
-    def __reduce__(self) -> Again:
-        """Return the pickled form; a lattice's functions are pickled by their place in a module."""
-        return again(self, [getattr(self, word) for word in FUNCTIONS])
-
-    def __deepcopy__(self, memo: object) -> Lattice:
-        return self  # a lattice is immutable
-
     def __repr__(self) -> str:
         return f"the lattice {self.name}"
 
     @cached_property
-    def groupoid(self) -> Groupoid:
+    def groupoid(self) -> Groupoid:  # type: ignore[override]
         """The groupoid of a site; for a group its action on itself, so bonds see the element."""
         if not isinstance(self.site, LieGroup):
             if not self.site.dim_x:
@@ -197,30 +159,10 @@ class Lattice:
         """True if a bond's Lagrangian contains the velocities of its ends."""
         return arguments_of(self.on_bond) > 4
 
-    def takes_time(self, word: str) -> bool:
-        """Return True if the function of that name has the time as its last argument."""
-        count = arguments_of(getattr(self, word))
-        return any(w.endswith("t)") and count == w.count(",") + 1 for w in FUNCTIONS[word])
-
     def shaped(self, x: Column) -> Column:
         """Return a site's x in the form that functions get: a column, or a matrix on a group."""
         k = self.matrix_size
         return x.reshape(k, k) if k else x
-
-    @property
-    def forced(self) -> bool:
-        """True if forces act beside those of L."""
-        return self.force is not None or self.bond_force is not None
-
-    @cached_property
-    def timed(self) -> bool:
-        """True if a Lagrangian or a force depends on the time."""
-        return any(map(self.takes_time, FUNCTIONS))
-
-    @property
-    def has_contact(self) -> bool:
-        """True if sites or bonds have gaps."""
-        return self.contact is not None or self.bond_contact is not None
 
     @property
     def matrix_size(self) -> int:

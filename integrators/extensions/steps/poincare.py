@@ -58,14 +58,7 @@ def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = N
     if (scale := scene.sigma if sigma is None else sigma) is None:
         raise BadInput(f"{scene.name} names no sigma of its own: give in_own_time(scene, sigma).")
     check_function(scale, f"{scene.name}: sigma=", "(x, mu, p)")
-    for has, what in (
-        (scene.force is not None, "a force"), (scene.timed, "a time in its Lagrangian"),
-        (scene.all_constraints, "constraints"), (scene.contact is not None, "contact"),
-        (scene.lagrangian is None, "no Lagrangian"), (scene.one_form is not None, "a one-form"),
-        (not scene.groupoid.dim_x, "no base, on which sigma depends"),
-    ):  # fmt: skip
-        if has:
-            raise BadInput(f"{scene.name} has {what}, so it has no such time of its own.")
+    scene.refuse("a time of its own")
     s = SceneSymbols(scene)
     by_hamiltonian = scene.hamiltonian is not None
     expression = sigma_of(s, scale, bare=not by_hamiltonian)

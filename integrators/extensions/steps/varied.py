@@ -65,20 +65,10 @@ class Varied(Discretisation):
 
     def refusal(self, scene: Scene) -> str:
         """Return why the base does not exist on the scene, or with steps that vary so; or ""."""
-        by_poincare, other = self.way == "poincare", ': take way="reversible"'
-        for has, what, fix in (
-            (scene.all_constraints, "constraints", ""),
-            (scene.contact is not None, "contact", ""),
-            (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own", ""),
-            (scene.in_numbers, "a Hamiltonian in numbers", ""),
-            (scene.one_form is not None, "a one-form of its own", ""),
-            (by_poincare and scene.force is not None, "a force", other),
-            (by_poincare and scene.timed, "a time in its Lagrangian", other),
-            (by_poincare and not scene.groupoid.dim_x, "no base, on which sigma depends", other),
-        ):
-            if has:
-                why = f"{scene.name} has {what}, for which {self.name} has no steps that vary"
-                return f"{why}{fix}."
+        by_poincare = self.way == "poincare"
+        asked = ("steps that vary", "steps that vary by Poincaré")[: 1 + by_poincare]
+        if refusal := scene.refusal_of(*asked, rule=self.name):
+            return refusal
         if by_poincare and not self.base.asks_lagrangian:
             return (
                 f"{self.name}: the way poincare takes rules on a Lagrangian, and {self.base.name} "

@@ -41,7 +41,7 @@ PLANE = {"groupoid": pair(2), "x0": [0, 1], "v0": [1, 0], "friction": 1, "parame
     ({"contact": None, "friction": -3}, "friction=-3 needs contact="),
     ({"contact": None, "restitution": "0.5"}, "restitution='0.5' needs contact="),
     ({"contact": None, "impacts": "foo"}, "impacts='foo' needs contact="),
-    ({"holonomic": lambda x, p: [x[0] - 1]}, "no constraints"),
+    ({"holonomic": lambda x, p: [x[0] - 1]}, "no step takes together"),
     ({"groupoid": lie_group(so(3)), "x0": [], "v0": [1, 0, 0]}, "must have one"),
 ])  # fmt: skip
 def test_what_cannot_be_used_is_said_in_a_sentence(given, words):

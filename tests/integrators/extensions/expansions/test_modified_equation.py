@@ -218,8 +218,8 @@ def test_a_formula_is_zero_where_it_is_at_random_points():
 def test_what_has_no_modified_equation_is_refused_in_a_sentence():
     for scene, rule, said in (
         ("cartesian-pendulum", "midpoint", "has constraints"),
-        ("kapitza-pendulum", "midpoint", "depends on the time"),
-        ("moser-veselov", "midpoint", "gives its discrete Lagrangian itself"),
+        ("kapitza-pendulum", "midpoint", "has explicit time"),
+        ("moser-veselov", "midpoint", "has a discrete Lagrangian"),
     ):
         with pytest.raises(CannotMeasure, match=said):
             modified(scene, rule, 2)

@@ -5,14 +5,13 @@ import pytest
 
 from discmech import Scheme
 from discmech.integrators.extensions.lattices import scene_of
-from discmech.integrators.extensions.lattices.lattice import FUNCTIONS
 
 ROUND_OFF = 2.0**-44  # of a hundred steps at numbers of order one; of λ 2/h more
 
 
 def begins(lattice):
     """The time of the start, in whose fractions a wrong time shows where it matters."""
-    return "1/3" if any(map(lattice.takes_time, FUNCTIONS)) else 0
+    return "1/3" if lattice.timed else 0
 
 
 def assert_same_in_digits(lattice, rule, digits=50, steps=6, step="1/50"):

@@ -181,14 +181,14 @@ def test_an_impulse_of_the_wrong_sign_between_balls_is_seen(monkeypatch):
     "changes, said",
     [
         ({"restitution": 2}, "a restitution from 0 to 1"),
-        ({"bond_contact": lambda x, p: [x[0]]}, r"bond_contact is a function of \(x, p\)"),
+        ({"bond_contact": lambda x, p: [x[0]]}, r"bond_contact= is a function of \(x, p\)"),
         (
             {"bond_contact": lambda x, y, p: [y[0] - x[0] + 10, x[0] - y[0] - 1]},
             "x0 of bond 0 is inside the obstacle: its gap 1 is",
         ),
         ({"contact": None}, "restitution=1 needs contact="),
-        ({"contact": 1}, "contact is 1; give a function of"),
-        ({"constraint": lambda x, y, p: [x[0] - y[0]]}, "contact is not taken together"),
+        ({"contact": 1}, "contact= is 1; give a function of"),
+        ({"constraint": lambda x, y, p: [x[0] - y[0]]}, "constraints and contact, which no step"),
         ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
         ({"bond_contact": lambda x, y, p: [1]}, "a bond of table: gap 0 is 1, which no motion"),
         ({"contact": lambda x, p: [(x[0], [x[0]])]}, "the contact of a lattice has no friction"),
