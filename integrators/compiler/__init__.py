@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         run_kernels,
         text_key,
     )
-    from .kernels_at_step import KernelsAtStep, Run
+    from .kernels_at_step import KernelsAtStep, Run, StagesAtStep, taken_over
     from .known_zeros import KNOWN_ZEROS
     from .layout import Entry, Layout, Status
     from .llvm_values import Array
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from .omissions import SAVINGS, is_affine, pivot_rows
     from .stage_system import LatticeStages, StageSource, StageSystem
     from .stage_text import UNSEEN, NoShortForm, text_of_stages
-    from .stages_at_step import StagesAtStep, taken_over
     from .step import Kind, Step, kinds_of
 else:
     __getattr__ = on_demand(
@@ -42,7 +41,7 @@ else:
         cache="Damaged cached_text digest seal unsealed",
         kernels="Kernels at_nodes compile compile_stages compiled_text file_name interpreted "
                 "kernel_text names_of of_each run_kernels text_key",
-        kernels_at_step="KernelsAtStep Run",
+        kernels_at_step="KernelsAtStep Run StagesAtStep taken_over",
         layout="Entry Layout Status",
         llvm_values="Array",
         machine_code="address compiled cores",
@@ -51,7 +50,6 @@ else:
         stage_system="LatticeStages StageSource StageSystem",
         stage_text="UNSEEN NoShortForm text_of_stages",
         known_zeros="KNOWN_ZEROS",
-        stages_at_step="StagesAtStep taken_over",
         step="Kind Step kinds_of",
     )  # fmt: skip
 

@@ -2,7 +2,15 @@
 
 from .absolute_terms import absolute_terms, energy_terms
 from .arrows import Arrows
-from .checks import check_force, check_momentum, check_regular, check_start
+from .checks import (
+    blamed,
+    check_finite,
+    check_force,
+    check_momentum,
+    check_regular,
+    check_start,
+    refuse_pieces,
+)
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, nearest_start, on_constraints
 from .constraints import (
@@ -30,16 +38,14 @@ from .continuous import (
     rates,
     vector_field,
 )
-from .discrete_equations import DiscreteEquations
 from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
-from .nonsmooth import blamed, check_finite, refuse_pieces
 from .one_step_equations import OneStepEquations
 from .rule_view import answers_of, written
 from .stage_equations import no_stages, stage_source
-from .step_equations import StepEquations, composed_step
+from .step_equations import DiscreteEquations, StepEquations, composed_step
 from .symbols import SceneSymbols, times, vector
 from .virtual_work import discrete_force, force_points
 

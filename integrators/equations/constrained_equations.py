@@ -30,8 +30,7 @@ from .constraints import (
     reaction_matrix,
 )
 from .continuous import mass_matrix
-from .discrete_equations import DiscreteEquations
-from .step_equations import StepEquations
+from .step_equations import DiscreteEquations, StepEquations
 from .symbols import SceneSymbols, column, vector
 
 #: share of the sum of an entry's terms: round-off of numbers of 30 digits

@@ -19,14 +19,12 @@ from ..numbers.types import Column
 from ..rules import Discretisation, check_rule, own
 from ..scene import Scene
 from .arrows import Arrows
-from .checks import check_start
+from .checks import check_smooth, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import on_constraints
-from .discrete_equations import DiscreteEquations
 from .implicit_lagrangian import with_momenta
-from .nonsmooth import check_smooth
 from .one_step_equations import OneStepEquations
-from .step_equations import StepEquations
+from .step_equations import DiscreteEquations, StepEquations
 from .symbols import SceneSymbols
 
 

@@ -1,7 +1,6 @@
 """First-order geometry of a step: TΨ, the prolongation, defects, transitions between arrows."""
 
 from .adjoint import is_self_adjoint, order_of_step
-from .composed_arrows import composed_arrows
 from .defects import (
     Step,
     entrywise_defect,
@@ -10,7 +9,7 @@ from .defects import (
     pullback_defect,
 )
 from .forced_form import FormChange, form_change
-from .map_texts import text_of
+from .map_texts import composed_arrows, text_of
 from .restricted_form import restricted_defect
 from .step_context import StepContext, vector_in
 from .step_map import Maps, StagesNotFound, StepMap, StepNotFound, map_text

@@ -203,7 +203,7 @@ class PrimeField:
     ) -> None:
         """Write f(a), a of size h, into out: (e^a − 1)/a (kind 0), its inverse (1), e^a − 1 (2).
 
-        The text of that name (`retractions.matrix_numbers`) scales by a norm, which is not here.
+        The text of that name (`retractions.matrix_functions`) scales by a norm, which is not here.
         """
         one = self.zeros(size, size) + np.eye(size, dtype=int)
 

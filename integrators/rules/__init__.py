@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from ..errors import shown, unknown
 from ..hooks import getter
-from .claims import Claims
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discrete_hamiltonian import discrete_hamiltonian
-from .discretisation import Discretisation, check_rule, discretisation, own
+from .discretisation import Claims, Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .imex import imex
 from .maps import MAPS, dual_gauss, map_of, newmark, whole

@@ -15,9 +15,9 @@ from typing import Any, ClassVar, TypeAlias
 from ..errors import BadInput, arguments_checked, shown
 from ..numbers.types import Column, Function, Given
 from ..scene import Scene
-from ..scene.affine import AffineLagrangian
-from .claims import Claims
+from ..scene.legendre import AffineLagrangian
 from .discretisation import (
+    Claims,
     Discretisation,
     check_effective,
     checked,

@@ -2,8 +2,7 @@
 
 from .derivatives import RunDerivatives, RunGradient
 from .ensemble import Ensemble, side_by_side
-from .flow_runs import OF_ONE_MAP, FlowRuns, NotOneMap
-from .stepper import File, Progress, Stepper, run
+from .stepper import OF_ONE_MAP, File, FlowRuns, NotOneMap, Progress, Stepper, run
 from .trajectory import Allocate, Trajectory, allocated
 
 __all__ = [

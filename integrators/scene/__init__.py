@@ -3,8 +3,8 @@
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
 from ..numbers.types import Column, Covector, Parameters, Point, Scalar, SymbolicMatrix, Velocity
-from .affine import halves
 from .constraints import Constraint, ConstraintKind, ConstraintParts, entries_of, velocity_rows
+from .legendre import halves
 from .pickled import Again, again, flow_of
 from .quantities import Conserved, OnGroup, arguments_of, on_group, takes_fourth
 from .reads import Opaque, reads, remembered

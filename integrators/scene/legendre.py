@@ -1,15 +1,25 @@
-"""The Lagrangian of a Hamiltonian, l(x, v) = μ·v − H(x, μ) at v = ∂H/∂μ, in closed form."""
+"""The Lagrangians of a Hamiltonian: its Legendre transform, and ϑ(x)·v − H(x) of a one-form."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import CodeType, SimpleNamespace
 from typing import Any, TypeAlias
 
 from ..errors import CannotMeasure
 from ..numbers import LazyModule, jacobian, to_sympy
-from ..numbers.types import Exact, Expression, Function, Point, SymbolicMatrix, Velocity
+from ..numbers.types import (
+    Exact,
+    Expression,
+    Function,
+    Letter,
+    Parameters,
+    Point,
+    Scalar,
+    SymbolicMatrix,
+    Velocity,
+)
 
 mpmath = LazyModule("mpmath")
 sympy = LazyModule("sympy")
@@ -21,8 +31,28 @@ Scene: TypeAlias = Any
 MOST_TIED = 3
 
 
+class OfHamiltonian:
+    """A Lagrangian that follows from a Hamiltonian, whose line messages name."""
+
+    hamiltonian: Function
+
+    @property
+    def __code__(self) -> CodeType | None:
+        return getattr(self.hamiltonian, "__code__", None)
+
+    @property
+    def formula(self) -> Function:
+        """The function that it is made of, to pickle it."""
+        return self.hamiltonian
+
+    def energy(self, *arguments: Any) -> Expression:
+        """Return the value of the Hamiltonian, or the entry of a 1×1 matrix."""
+        value = sympy.sympify(self.hamiltonian(*arguments))
+        return value[0, 0] if getattr(value, "shape", None) == (1, 1) else value
+
+
 @dataclass(frozen=True)
-class LegendreTransform:
+class LegendreTransform(OfHamiltonian):
     """The Lagrangian l(x, v, p) or l(x, v, p, t) of hamiltonian(x, mu, p) or hamiltonian(x, mu, p,
     t).
 
@@ -37,21 +67,10 @@ class LegendreTransform:
         """The Hamiltonian, whose arguments and line serve for messages."""
         return self.hamiltonian
 
-    @property
-    def __code__(self) -> CodeType | None:
-        return getattr(self.hamiltonian, "__code__", None)
-
-    @property
-    def formula(self) -> Function:
-        """The function from which it is made, for pickling."""
-        return self.hamiltonian
-
     def __call__(self, x: Point, v: Velocity, *rest: Any) -> Expression:
         m = len(v)
         mu = sympy.Matrix(m, 1, lambda i, _: sympy.Dummy(f"mu_{i}", real=True))
-        value = sympy.sympify(self.hamiltonian(x, mu, *rest))
-        if getattr(value, "shape", None) == (1, 1):
-            value = value[0, 0]
+        value = self.energy(x, mu, *rest)
         drift = jacobian([value], mu).T
         inverse_mass = jacobian(drift, mu)
         still = dict.fromkeys(mu, 0)
@@ -80,7 +99,7 @@ class LegendreTransform:
     def is_regular(self, scene: Scene) -> bool:
         """Return True if ∂²H/∂μ² is regular at a generic state, so that v determines μ."""
         x, mu, *rest = _letters(scene)
-        value = sympy.sympify(self.hamiltonian(x, mu, *rest))
+        value = self.energy(x, mu, *rest)
         slope = jacobian(jacobian([value], mu).T, mu)
         letters = sorted(slope.free_symbols, key=str)
         at = {e: sympy.Rational(2 * k + 3, 3 * k + 7) for k, e in enumerate(letters)}
@@ -111,3 +130,38 @@ def _letters(scene: Scene) -> list[Any]:
 
 
 _NO_LAGRANGIAN = "so no Lagrangian of it is known in closed form."
+
+
+@dataclass(frozen=True)
+class AffineLagrangian(OfHamiltonian):
+    """l(x, v, p) = ϑ(x)·v − H(x) of one_form(x, p), a list as long as x, and hamiltonian(x, p).
+
+    Its equations are of first order: dϑ(·, ẋ) = dH.
+    """
+
+    one_form: Function
+    hamiltonian: Function
+
+    def __call__(self, x: Point, v: Velocity, p: Parameters) -> Expression:
+        moving = zip(self.one_form(x, p), v, strict=True)
+        return sum(a * b for a, b in moving) - self.energy(x, p)
+
+    def halved(self, scene: Scene) -> bool:
+        """Return True if half of the components of ϑ vanish, or if ϑ cannot be evaluated."""
+
+        def letter(_: Exact) -> Letter:
+            return sympy.Dummy(real=True)
+
+        x = nested((0,) * scene.groupoid.dim_x, letter)
+        p = SimpleNamespace(**{k: nested(e, letter) for k, e in scene.parameters.items()})
+        try:
+            return len(halves(self.one_form(x, p))[1]) == len(x) // 2
+        except Exception:
+            return True
+
+
+def halves(theta: Iterable[Scalar]) -> tuple[list[int], list[int]]:
+    """Return the places of the components of a one-form that do not vanish, and of the others."""
+    components = [sympy.sympify(e) for e in theta]
+    vanishing = [i for i, e in enumerate(components) if e == 0 or e.equals(0)]
+    return [i for i in range(len(components)) if i not in vanishing], vanishing

@@ -22,9 +22,8 @@ from ..hooks import scheme
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten
 from ..numbers.types import Exact, Function, Given
 from ..retractions import Retraction
-from .affine import AffineLagrangian
 from .constraints import HOLONOMIC, NONHOLONOMIC, Constraint, entries_of
-from .legendre import LegendreTransform
+from .legendre import AffineLagrangian, LegendreTransform
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup
 from .system import System

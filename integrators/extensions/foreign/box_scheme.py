@@ -11,8 +11,7 @@ from ...rules import Discretisation
 from ...scene import Scene
 from .box_flow import BoxFlow
 from .gradient import check_gradient
-from .numeric_scene import NumericScene
-from .scene_in_numbers import SceneInNumbers
+from .scene_in_numbers import NumericScene, SceneInNumbers
 
 
 class BoxEquations(StepEquations):

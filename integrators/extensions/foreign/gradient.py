@@ -18,7 +18,7 @@ from ...errors import BadInput, shown
 from ...numbers import Vector, arithmetic
 from ...scene import Scene, remembered
 from .differences import FARTHEST, derivative, noise_of
-from .numeric_scene import NumericScene
+from .scene_in_numbers import NumericScene
 
 #: pieces along the motion, and those beside it, by a share of the motion's size
 PIECES, BESIDE, SHARES = 400, 64, (1e-3, 0.2)

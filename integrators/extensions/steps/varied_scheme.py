@@ -14,9 +14,17 @@ from ...flows import Scheme
 from ...numbers import Arithmetic, Double, numeric, sympy
 from ...numbers.types import Expression, Function, Given
 from ...scene import Scene
-from .poincare import ENERGY, in_own_time
+from .poincare import (
+    ENERGY,
+    TIME,
+    controlled,
+    in_own_time,
+    letter,
+    logarithmic_rate,
+    sigma_of,
+    with_columns,
+)
 from .varied_flow import VariedFlow
-from .varied_system import TIME, controlled, letter, logarithmic_rate, sigma_of, with_columns
 
 
 class VariedScheme(DiscretisedScene):

@@ -2,7 +2,7 @@
 
 `discrete_lagrangian_of` writes L_d out from the rule and the groupoid alone, and the Legendre maps
 are taken from the paper's definition by curves in the groupoid: nothing is shared with the shortcut
-by points that `integrators.equations.discrete_equations` takes.
+by points that `integrators.equations.step_equations` takes.
 """
 
 import mpmath

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from discmech import Scheme, trapezoidal
-from discmech.integrators.extensions.lattices import LatticeRun, lattice_run, two_halves
-from discmech.integrators.extensions.lattices.two_halves import parted
+from discmech.integrators.extensions.lattices import LatticeRun, lattice_run
+from discmech.integrators.extensions.lattices.lattice_run import parted
 from tests.integrators.extensions.lattices.as_scenes import ROUND_OFF
 from tests.integrators.extensions.lattices.test_bodies_as_sites import SITES
 
@@ -33,7 +33,7 @@ def test_halves_run_as_one_piece_and_with_one_core_as_with_two(kind, shape, monk
     monkeypatch.setattr(lattice_run, "LEAST", 2)
     halves = run_of(lattice)
     assert whole.halves is None and halves.halves is not None
-    monkeypatch.setattr(two_halves, "cores", lambda: 1)
+    monkeypatch.setattr(lattice_run, "cores", lambda: 1)
     alone = run_of(lattice)
     for word in ("x", "nu", "totals"):
         assert abs(getattr(halves, word) - getattr(whole, word)).max() < ROUND_OFF, word
