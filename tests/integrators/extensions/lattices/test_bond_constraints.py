@@ -57,7 +57,7 @@ LENGTHS = [[0, 0], [0.5, 0], [1, 0], [2, 0]]
         ({"x0": LOOSE, "v0": [[0, 0]] * 3, "sites": 3, "fixed_ends": False},
          r"φ of the constraint of bond 1, between the sites 1 and 2, is 0\.005 at the start"),
         ({"v0": [[0, 0], [1, 0], [0, 0], [0, 0]]}, r"A v of the constraint of bond 0.*change v0"),
-        ({"constraint": 3}, r"constraint is 3; give a function of \(x, y, p\)"),
+        ({"constraint": 3}, r"constraint= is 3; give a function of \(x, y, p\)"),
         ({"constraint": lambda x, y, p: x[0] - y[0]}, r"φ of the constraint of bond 0.*is -0\.6"),
         ({"constraint": lambda x, y, p: []}, "must give a list of expressions φ"),
         ({"constraint": lambda x, y, p: [x - y]}, "must give a list of expressions φ"),
