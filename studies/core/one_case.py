@@ -33,7 +33,9 @@ def run_case(
     causes: True to look for the cause of a verdict that is not a pass.
     """
     record, verdict = measured_fully(study, case, progress)
-    cause = diagnosed(study, case, record) if causes and asks_cause(study, case, verdict) else None
+    cause = None
+    if causes and asks_cause(study, case, verdict):
+        cause = diagnosed(study, case, record, progress)
     return told_of(study, case, record, verdict, cause)
 
 
@@ -141,15 +143,17 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     return verdict.is_trouble and seeks and case.control is None
 
 
-def diagnosed(study: Study, case: Case, record: Found) -> Json | None:
+def diagnosed(study: Study, case: Case, record: Found, progress: Progress = silent) -> Json | None:
     """Return the cause of a verdict that is not a pass, or None if it is unknown.
 
     No error in the search for it takes the verdict away: an error of the search itself is told.
+    progress: is told that the search begins, which may take longer than the measurement.
     """
     from discmech.reference import ReferenceFailure
 
     if record.measurement is None:
         return None
+    progress(f"{case.scene.name} {case.label}: looking for the cause", 1.0)
     try:
         with _digits_of(case):
             return study.diagnose(case, record.measurement)

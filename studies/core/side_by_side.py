@@ -55,7 +55,13 @@ def key_of(study: Study, case: Case) -> str | None:
 
 
 def found_by(
-    store: Store | Carried, study: Study, case: Case, key: str | None, *, only: bool = False
+    store: Store | Carried,
+    study: Study,
+    case: Case,
+    key: str | None,
+    *,
+    only: bool = False,
+    progress: Progress = silent,
 ) -> AnyResult | None:
     """Return the result of a case whose measurement is stored, judged anew, or None.
 
@@ -64,11 +70,17 @@ def found_by(
     kept = None if key is None else store.find("measurement", key)
     if key is None or kept is None:
         return None
-    return _completed(store, study, case, key, Found.of_json(kept), only)
+    return _completed(store, study, case, key, Found.of_json(kept), only, progress)
 
 
 def _completed(
-    store: Store | Carried, study: Study, case: Case, key: str, record: Found, only: bool = False
+    store: Store | Carried,
+    study: Study,
+    case: Case,
+    key: str,
+    record: Found,
+    only: bool = False,
+    progress: Progress = silent,
 ) -> AnyResult | None:
     """Return the result of a measurement; see `found_by`."""
     verdict, cause = judged(study, case, record), None
@@ -85,7 +97,7 @@ def _completed(
         if told is None:
             if only:
                 return None
-            told = store.keep("cause", named, [diagnosed(study, case, record)])
+            told = store.keep("cause", named, [diagnosed(study, case, record, progress)])
         (cause,) = told
     return told_of(study, case, record, verdict, cause)
 
@@ -102,13 +114,13 @@ def measured(
     key = None if store is None else key_of(study, case)
     if store is None or key is None:
         return run_case(study, case, progress)
-    earlier = found_by(store, study, case, key)
+    earlier = found_by(store, study, case, key, progress=progress)
     if earlier is not None:
         return replace(earlier, remembered=True)
     record = measured_case(study, case, progress)
     if not (record.failed and record.failed.unusable):
         record = _kept(store, key, record)
-    result = _completed(store, study, case, key, record)
+    result = _completed(store, study, case, key, record, progress=progress)
     assert result is not None
     return result
 

@@ -4,14 +4,17 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from discmech import Scene, midpoint, pair
+from discmech import Scene, midpoint, pair, scenes
 from discmech.studies import get
 from discmech.studies.command.interrupts import PATIENCE
 from discmech.studies.core.case import Case
+from discmech.studies.core.side_by_side import measured
+from discmech.studies.core.store import Store
 from tests.studies.as_json import run_case
 from tests.studies.kills import measurements_in
 from tests.studies.test_userfile import RULE
@@ -111,6 +114,18 @@ def test_machine_code_that_hears_nothing_is_ended(ending, tmp_path):
     finally:
         process.kill()
         process.wait()
+
+
+@pytest.mark.parametrize("stored", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_wait_for_a_cause_says_so(stored, tmp_path, monkeypatch):
+    """Last, as the search comes after the measurement; with a store and without."""
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
+    told, claims = [], replace(midpoint, name="claims-3", order=3)
+    asked = Case("order", scenes.get("harmonic"), claims, 16)
+    store = Store() if stored else None
+    result = measured(get("order"), asked, lambda *news: told.append(news), store)
+    assert result.verdict == "fail"
+    assert told[-1] == ("harmonic claims-3: looking for the cause", 1.0)
 
 
 @pytest.mark.slow
