@@ -165,7 +165,7 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
             ]
             words = _band(case, larger)
             if curve and curve[-1][0] < end / 2:  # a sliver beside longer runs
-                words += f"\nto t = {curve[-1][0]:.3g}"
+                words += f"\nto t = {curve[-1][0]:.6g}"
             labels.append((end, -float(index), words, mark.colour))
         axes.set_yticks(*zip(*ticks, strict=True))
         axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
