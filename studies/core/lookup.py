@@ -401,7 +401,12 @@ def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
         )
     if not own:
         lost = next(iter(file.refused.values()), "")  # perhaps it was one of this kind
-        raise BadInput(file.empty or lost or f"{file.path} defines no {kind.noun}.")
+        none = f"{file.path} defines no {kind.noun}"
+        if kind in _OTHER and _OTHER[kind].in_file(file):
+            none += ", but a " + ("rule: say --rule " if kind is SCENE else "scene: say ")
+            none += f"{file.path}, beside a {kind.noun} such as "
+            none += "pendulum" if kind is SCENE else "midpoint"
+        raise BadInput(file.empty or lost or f"{none}.")
     near = nearest(name, own)
     there = f"there {'is' if len(own) == 1 else 'are'} {', '.join(own)}."
     hint = f"did you mean {near}?" if near else there

@@ -267,7 +267,8 @@ def test_what_a_script_makes_has_words_that_another_process_understands(file, mo
 @pytest.mark.parametrize(("ask", "message"), [
     (lambda: load("other.py"), "other.py cannot be read .*No such file"),
     (lambda: lookup.rule("mine.py:two_thrids"), 'no rule "two_thrids": did you mean two-t'),
-    (lambda: lookup.scene("mine.py:a"), "mine.py defines no scene"),
+    (lambda: lookup.scene("mine.py:a"), "mine.py defines no scene, but a rule: say --rule mine.py, "
+     "beside a scene such as pendulum"),
     (lambda: lookup.scene("mine.py:two_thirds"), "two-thirds is a rule, where a scene is"),
     (lambda: lookup.rule("two.py"), "several rules .*say two.py:a"),
     (lambda: lookup.rule("midpont"), "did you mean midpoint"),
