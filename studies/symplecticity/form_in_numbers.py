@@ -121,7 +121,9 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise | None = None) -> De
     if tails > UNRESOLVED:
         return Defect(0.0, 0.0, float("inf"))
     beyond = sum(abs(a[0] - b[0]) for a, b in zip(integrals, coarse, strict=True))
-    unsure = of_noise + beyond + size * tails
+    # frequencies beyond the highest have a part in it, each weighted by itself: those of a curve
+    # with kinks are about as large as the highest, and by chance half the points tell the same
+    unsure = of_noise + beyond + size * tails * len(curve) / 2
     gap = abs(integrals[1][0] - integrals[0][0])
     size = size or 1.0
     return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / size)
