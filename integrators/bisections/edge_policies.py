@@ -22,7 +22,7 @@ import numpy as np
 from ..compiler import Entry, KernelsAtStep, Run, Status, Step
 from ..errors import BadInput
 from ..geometry import StepContext
-from ..groupoids import GroupChart, chart_reach
+from ..groupoids import GroupChart
 from ..numbers.types import Matrix, Number, Vector
 
 CAUSES: dict[int, str] = {
@@ -76,8 +76,8 @@ class EdgePolicy:
 
     @cached_property
     def reach(self) -> Number:
-        """The largest size (`chart_margin.chart_extents`) that a step may have."""
-        return chart_reach(self.context.scene.groupoid)
+        """The largest size (`Groupoid.extents`) that a step may have."""
+        return self.context.scene.groupoid.reach
 
     def coefficients(self, translate: int) -> Matrix:
         """Return the kernels' coefficients in the chart of a translate; e has the number 0."""

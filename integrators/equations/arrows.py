@@ -27,8 +27,8 @@ from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
 from .on_group import Element
-from .points import difference, gradient_along
 from .symbols import SceneSymbols, vector
+from .terms import difference, gradient_along
 
 
 class Arrows:

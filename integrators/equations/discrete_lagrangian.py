@@ -1,7 +1,7 @@
 """A discrete Lagrangian as a weighted sum of values of L, and its derivatives.
 
 The value that a rule gives is taken apart: each value of the Lagrangian becomes a node with a
-weight, each point of the step a column of held nodes (`points`), which e→ and e← move in a known
+weight, each point of the step a column of held nodes (`terms`), which e→ and e← move in a known
 way. A change of L_d is then a sum of covectors applied to the changes of nodes.
 """
 
@@ -16,10 +16,9 @@ from ..numbers.types import Column, Expression, Expressions
 from ..rules import Discretisation
 from ..scene import OnGroup
 from .on_group import Element
-from .points import Point, place_point
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
-from .terms import CurveTerm, Placed, placed
+from .terms import CurveTerm, Placed, Point, place_point, placed
 
 
 class DiscreteLagrangian:

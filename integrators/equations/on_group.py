@@ -20,9 +20,9 @@ from ..numbers import Node, Scope, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from ..scene import OnGroup
-from .points import Point, place_point
 from .rule_view import LagrangianForRule
 from .symbols import SceneSymbols
+from .terms import Point, place_point
 
 
 class Element:

@@ -30,14 +30,12 @@ from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 
 from ..compiler import StageSource, StageSystem
-from ..groupoids import chart_extents
 from ..numbers import Graph, Node, Scope, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Nodes
-from .points import difference
 from .step_equations import StepEquations
 from .symbols import SceneSymbols, vector
-from .terms import placed
+from .terms import difference, placed
 
 
 def no_stages(equations: StepEquations, nodes: Nodes, alone: bool = True) -> str:
@@ -112,7 +110,7 @@ class _Maps:
         return cls(
             g.L(s.x, w, one), g.R(s.x, w, one), g.inverse_left(s.x, w, one),
             g.target(s.x, w, one), g.rho(z, one), g.increment(s.x, w, one),
-            tuple(chart_extents(g, s.x, w, one)),
+            tuple(g.extents(s.x, w, one)),
         )  # fmt: skip
 
 

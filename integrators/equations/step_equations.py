@@ -13,7 +13,6 @@ from typing import Any
 
 from ..compiler import Kind, Step, kinds_of
 from ..errors import BadInput, CannotMeasure, line_of
-from ..groupoids import chart_extents
 from ..numbers import Graph, Node, Scope, symbols_of, uncollected
 from ..numbers.types import Column, Entries, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
@@ -226,7 +225,7 @@ class DiscreteEquations(StepEquations):
             increment=maps.increment,
             gain=maps.gain_of_rows,
             scaled=tuple(u for u in self.u if u in used),
-            extents=tuple(chart_extents(self.groupoid, self.x, self.u, self.h)),
+            extents=tuple(self.groupoid.extents(self.x, self.u, self.h)),
             **on_group,
         )
 

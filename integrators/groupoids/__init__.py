@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..numbers.types import Function
 from .action import ActionGroupoid, RowAction, action
 from .axioms import check_axioms
-from .chart_margin import chart_extents, chart_reach, margin_of
+from .chart_margin import margin_of
 from .clocked import Clocked, clock
 from .connection import ConnectionGroupoid
 from .groupoid import Groupoid, Motion
@@ -18,7 +18,7 @@ from .translates import GroupChart
 __all__ = [
     "ActionGroupoid", "Clocked", "ConnectionGroupoid", "GroupChart", "Groupoid", "LieGroup",
     "LocalGroupoid", "Motion", "PairGroupoid", "ProductGroupoid", "RetractionGroupoid",
-    "RowAction", "action", "chart_extents", "chart_reach", "check_axioms", "clock",
+    "RowAction", "action", "check_axioms", "clock",
     "lie_group", "margin_of", "pair", "product",
 ]  # fmt: skip
 

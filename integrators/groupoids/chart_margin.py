@@ -17,26 +17,8 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
-from ..numbers.types import Column, Expression, Given, GivenVector, Number, SymbolicMatrix
-from ..retractions import Extents
+from ..numbers.types import Column, Given, GivenVector, Number, SymbolicMatrix
 from .axioms import check_axioms
-
-
-def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents:
-    """Return sizes that tell how near an arrow is to each edge, symbolic (`Retraction.extents`)."""
-    return [
-        (kind, value)
-        for group, xi in groupoid.group_parts(x, u, h)
-        for kind, value in group.tau.extents(group.algebra, xi)
-        if value.free_symbols
-    ]
-
-
-def chart_reach(groupoid: Any) -> float:
-    """Return the size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
-    s = groupoid.symbols
-    groups = (group for group, _ in groupoid.group_parts(s["x"], s["u"], s["h"]))
-    return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
 
 def margin_of(size: Number) -> float:

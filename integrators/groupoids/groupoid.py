@@ -12,14 +12,15 @@ and the laws in the tests compare that with the derived form.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, random_columns, sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, Replacement, SymbolicMatrix
-from ..retractions import Retraction
+from ..retractions import Extents, Retraction
 from .chart_margin import position
 
 
@@ -112,9 +113,25 @@ class Groupoid(ABC):
         """
         return [self._at(c, x=x, h=h) for c in self.derived["C"]]
 
-    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Any, Column]]:
         """(matrix group, the column ξ of its element) for each group that takes part."""
         return []
+
+    def extents(self, x: Column, u: Column, h: Expression) -> Extents:
+        """Return sizes that tell how near an arrow is to each edge (`Retraction.extents`)."""
+        return [
+            (kind, value)
+            for group, xi in self.group_parts(x, u, h)
+            for kind, value in group.tau.extents(group.algebra, xi)
+            if value.free_symbols
+        ]
+
+    @property
+    def reach(self) -> float:
+        """The size (`extents`) at which a run leaves its chart (`Retraction.reach`)."""
+        s = self.symbols
+        groups = (group for group, _ in self.group_parts(s["x"], s["u"], s["h"]))
+        return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
     position = position
 

@@ -33,7 +33,7 @@ from .exact import (
     whole_number,
     within_doubles,
 )
-from .graph import Graph
+from .graph import Graph, parts_of, replaced, symbols_of
 from .held import Frame, Scope, jacobian
 from .identities import (
     first_violation,
@@ -65,7 +65,6 @@ from .running_error import (
 )
 from .statements import called_text, code, coefficients_text, function_text, text_of, with_arguments
 from .stop import over, steepness
-from .trees import parts_of, replaced, symbols_of
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [

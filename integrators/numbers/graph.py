@@ -34,7 +34,7 @@ from .nodes import (
     reduced,
     slot,
 )
-from .types import Column, Expression, Letter, SymbolicMatrix
+from .types import Column, Expression, Letter, Replacement, SymbolicMatrix
 
 
 class Graph(Walks):
@@ -424,3 +424,42 @@ def _with_slots(e: Expression) -> tuple[Expression, list[Expression]]:
         return of.func(*parts)
 
     return function(e), arguments
+
+
+# Trees of sympy in which equal parts are one: each is visited once.
+
+
+def parts_of(expressions: Iterable[Expression]) -> set[Expression]:
+    """Return all subexpressions, each visited once: sympy's `atoms` visits shared ones again."""
+    seen, pending = set[Expression](), list(expressions)
+    while pending:
+        e = pending.pop()
+        if e not in seen:
+            seen.add(e)
+            pending += e.args
+    return seen
+
+
+def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
+    """Return all symbols of the expressions."""
+    return {e for e in parts_of(expressions) if e.is_Symbol}
+
+
+def replaced(
+    expressions: Iterable[Expression], swap: Replacement, known: Replacement | None = None
+) -> list[Expression]:
+    """Return the expressions with letters replaced; shared parts are rebuilt once.
+
+    known: the parts that the same `swap` has rebuilt so far; it grows.
+    """
+    known = {} if known is None else known
+    known.update(swap)
+
+    def rebuilt(e: Expression) -> Expression:
+        if e not in known:
+            args = [rebuilt(a) for a in e.args]
+            same = all(a is b for a, b in zip(args, e.args, strict=True))
+            known[e] = e if same else e.func(*args)
+        return known[e]
+
+    return [rebuilt(e) for e in expressions]

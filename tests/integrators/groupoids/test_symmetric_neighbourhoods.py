@@ -25,7 +25,6 @@ from discmech.integrators import (
     su,
     trapezoidal,
 )
-from discmech.integrators.groupoids import chart_extents, chart_reach
 from discmech.integrators.rules import get as rule
 from tests.objects import ALGEBRAS, GROUPOIDS, LARGE, affine_group
 
@@ -111,7 +110,7 @@ def test_what_a_run_watches_is_never_farther_from_the_edge_than_it_is(name):
     """Exactly as far, where the exponential has closed forms."""
     group = lie_group(ALGEBRAS[name], exponential)
     s, generator = group.symbols, np.random.default_rng(2)
-    extents = chart_extents(group, s["x"], s["u"], s["h"])
+    extents = group.extents(s["x"], s["u"], s["h"])
     for _ in range(5):
         u = generator.normal(size=group.dim_u)
         at = {s["h"]: 1, **dict(zip(s["u"], map(float, u), strict=True))}
@@ -189,7 +188,7 @@ def test_shrunk_steps_go_where_whole_ones_cannot(step, retraction):
     run = Scheme(scene, rectangle).flow(step, on_edge="shrink").trajectory(20)
     sizes = np.linalg.norm(run.mu.astype(float), axis=1)
     assert np.max(abs(sizes - sizes[0])) < 1e-13
-    assert run.margin > 1 / chart_reach(scene.groupoid) ** 0.5 - 1e-12
+    assert run.margin > 1 / scene.groupoid.reach**0.5 - 1e-12
     assert (run.edges > 0) == (retraction is exponential)
 
 

@@ -184,7 +184,7 @@ def test_a_composition_shrinks_its_steps_at_the_edge_of_a_chart(rule):
                 fine = flow.trajectory(count, count, x0=x, mu0=mu)
             except StepFailure:
                 continue
-            if fine.margin > 8**-0.5:  # `chart_reach` of so(3)
+            if fine.margin > 8**-0.5:  # `reach` of so(3)
                 assert max(abs(run.mu[1] - fine.mu[-1])) < 10.0 ** (4 - digits)
                 break
         else:
