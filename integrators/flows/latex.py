@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Set
 
 from ..equations import DiscretisedScene
 from ..errors import DiscmechError
@@ -56,10 +57,12 @@ def _latex(e: Expression, scheme: DiscretisedScene) -> str:
     return str(sympy.latex(e, symbol_names=names, mul_symbol=r"\,"))
 
 
-def parameter_names(scheme: DiscretisedScene) -> dict[Letter, str]:
+def parameter_names(
+    scheme: DiscretisedScene, taken: Set[str] = frozenset(LETTERS)
+) -> dict[Letter, str]:
     """Return how parameters are shown: by their names, entries of lists with indices from 1.
 
-    A name that a page of equations has for something else has p. before it.
+    A name that the page has for something else, one of `taken`, has p. before it.
     """
     names = list[str]()
     for name, value in scheme.scene.parameters.items():
@@ -71,7 +74,7 @@ def parameter_names(scheme: DiscretisedScene) -> dict[Letter, str]:
                 entries = [f"{entry}_{j}" for entry in entries for j in columns]
         names += entries
     names = [
-        f"p.{name}" if name in LETTERS or ("_" in name and name.split("_")[0] in INDEXED) else name
+        f"p.{name}" if name in taken or ("_" in name and name.split("_")[0] in INDEXED) else name
         for name in names
     ]
     return dict(zip(scheme.s.parameter_list, names, strict=False))  # the time may come last

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 USUAL = 4  # power of the step, of rules of a lower order
 TRIED = 7  # 1/7, 1/8, … are the open numbers of a rule in the runs that check its formulas
+TAKEN = frozenset(("x", "t", "h", "f", "H", "mu", "μ"))  # letters of the formulas themselves
 LONGEST = 4000  # letters of a formula that is printed
 
 
@@ -153,7 +154,7 @@ def _page(
 ) -> list[str]:
     import sympy
 
-    from discmech.integrators.flows.latex import letter
+    from discmech.integrators.flows.latex import letter, parameter_names
 
     from .equations import letters_of, plain_text, subscript
 
@@ -163,7 +164,7 @@ def _page(
     lines = [title, "=" * len(title), ""]
     whole = "f̃ = f₁ + h f₂ + h² f₃ + …" if "f_1" in " ".join(terms) else "H̃ = H₁ + h H₂ + h² H₃ + …"
     lines += [f"{whole}; terms that are not listed are 0:"] if terms else []
-    letters = letters_of(scheme)
+    letters = letters_of(scheme) | parameter_names(scheme, TAKEN)
     named = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
     latex_names = {symbol: letter(str(symbol)) for symbol in named.values()}
     for label, e in terms.items():
