@@ -30,17 +30,6 @@ def as_it_is(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
         monkeypatch.setattr("discmech.studies.user.assertions.smallest", lambda *_: None)
 
 
-@pytest.fixture(autouse=True)
-def few_steps(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Evidence takes a shorter run of a program and fewer sites of a lattice, but in slow tests.
-
-    To look for narrow parts and many sites takes most of the time of tests of something else.
-    """
-    if not request.node.get_closest_marker("slow"):
-        monkeypatch.setattr("discmech.studies.evidence.scan.OF_PROGRAM", 2**8)
-        monkeypatch.setattr("discmech.studies.evidence.of_lattices.MOST", 36)
-
-
 @pytest.fixture
 def rows(tmp_path: Path) -> Callable[..., list[tuple[Any, ...]]]:
     """What the store's file answers to a statement, by default the names of measurements."""
