@@ -150,7 +150,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
     scenes, rules = _chosen(options)
     return Choice(
         own=own_of(options),
-        scenes=scenes,
+        scenes=scenes or lookup.boxes(rules),
         rules=rules or lookup.maps_of(options.scenes),
         retractions=tuple(options.retraction),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),

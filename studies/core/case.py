@@ -72,7 +72,9 @@ class Choice:
 
     def unheeded(self) -> list[str]:
         """Return a sentence for each named scene that cannot use the chosen rules."""
-        plain = [s for s in self.scenes if "sites" not in parts_of(s)]
+        boxes = [getattr(rule, "own_scene", None) for rule in self.rules]  # each for its own map
+        others = (s for s in self.scenes if not any(s is box for box in boxes))
+        plain = [s for s in others if "sites" not in parts_of(s)]
         sentences = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
         for scene in plain if self.rules else ():
             rules = [

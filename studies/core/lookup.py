@@ -9,7 +9,7 @@ duration or its step, as pendulum:length=2 does.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
@@ -72,8 +72,18 @@ def _problems_in(file: UserFile) -> dict[str, Any]:
     return {name: each for name, each in file.variables.items() if isinstance(each, Control)}
 
 
+def boxes(rules: Iterable[Discretisation]) -> tuple[Scene, ...]:
+    """Return the boxes of states on which maps are asked, if all the rules are such maps."""
+    own = [getattr(rule, "own_scene", None) for rule in rules]
+    return () if None in own else tuple(scene for scene in own if scene is not None)
+
+
+def _boxes_in(file: UserFile) -> dict[str, Scene]:
+    return {scene.name: scene for scene in boxes(file.rules.values())}
+
+
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
-SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
+SCENE = Kind("scene", lambda file: file.scenes or _boxes_in(file), _scene_called)
 CONTROL = Kind("Control(...)", _problems_in, lambda word: _problems().get(word))
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
@@ -97,12 +107,11 @@ def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
 
 
 def maps_of(words: Sequence[str]) -> tuple[Discretisation, ...]:
-    """Return the maps with states of their own among what FILE.py:NAME words of scenes name."""
-    files = (in_file(word) for word in words if ".py:" in word)
-    named = (_variable(file, name) for file, name in files if file is not None)
-    return tuple(
-        m for m in named if isinstance(m, Discretisation) and getattr(m, "own_scene", None)
-    )
+    """Return the maps with states of their own among what FILE.py[:NAME] words of scenes name."""
+    files = ((file, name) for file, name in map(in_file, words) if file is not None)
+    named = (rule for file, name in files
+             for rule in ([_variable(file, name)] if name else file.rules.values()))  # fmt: skip
+    return tuple(m for m in named if isinstance(m, Discretisation) and boxes([m]))
 
 
 def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:

@@ -68,7 +68,7 @@ def _words_in(file: UserFile, thing: Any, path: str, by_text: bool = True) -> It
 
     by_text: False if only the very objects of the file count.
     """
-    own = {**file.scenes, **file.rules, **file.made}
+    own = {**lookup.SCENE.in_file(file), **file.rules, **file.made}
     for name in sorted(own, key=lambda name: name != thing.name):
         yield from _by_values(own[name], thing, f"{path}:{name}", by_text)
     maker, values = _maker(thing)

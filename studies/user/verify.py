@@ -154,12 +154,16 @@ def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) 
 
 
 def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tuple[Scene, ...]:
-    """Return the scenes on which rules are tried if none is named.
+    """Return the scenes on which rules are tried if none is named: the boxes of maps that have
+    them.
 
-    They are `SCENES`, as far as a rule applies; with a rule that applies to fewer than half of
-    them, `ON_PAIRS` too. together: True for only those to which all rules apply, for a comparison.
+    Otherwise they are `SCENES`, as far as a rule applies; with a rule that applies to fewer than
+    half of them, `ON_PAIRS` too. together: True for only those to which all rules apply, for a
+    comparison.
     """
     wanted = all if together else any
+    if boxes := lookup.boxes(rules):
+        return boxes
     if all(not rule.is_formula and not rule.groupoids for rule in rules):
         return tuple(s for s in map(scenes.get, PLAIN) if wanted(r.applies(s) for r in rules))
 
@@ -309,7 +313,7 @@ def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
         "rule": scheme.rule.name,
         "retraction": scheme.scene.groupoid.retraction,
         "self_adjoint": self_adjoint,
-        "known": None if scheme.rule.is_formula else known_step(scheme),
+        "known": None if scheme.rule.is_formula or scheme.rule.only_step else known_step(scheme),
     }
 
 

@@ -23,6 +23,7 @@ _Given = TypeVar("_Given")
 
 #: the numbers that a box computes with: they determine its unit of round-off and its digits
 NUMBERS = ("double", "any", "float32")
+OF_MAPS = ("symplecticity", "reversibility")  # the studies of a map without h
 
 
 @dataclass(frozen=True)
@@ -115,10 +116,21 @@ class BlackBox(Discretisation):
         """Return the unit of round-off of its numbers; in single precision it is 2⁻²⁴."""
         return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
 
+    def unmeasured(self, study: str) -> str:
+        """Return why a study cannot measure a map of one step, whose motion is no scene's."""
+        if self.step is None or study in OF_MAPS:
+            return ""
+        return (
+            f"{self.name} is a map of one step: only its form, volume and way back are judged "
+            "(discmech symplecticity, discmech reversibility)."
+        )
+
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the box cannot run on the scene, or ""."""
         if refusal := scene.refusal_of("a black box", rule=self.name):
             return refusal
+        if scene.lagrangian is _free and (own := self.own_scene) and own.name != scene.name:
+            return f"{scene.name} is no box of states of {self.name}, which has {own.name}."
         return super().refusal(scene) or self.form.refusal(scene)
 
     def discretise(self, scene: Scene) -> BoxScheme:

@@ -48,6 +48,25 @@ def test_a_map_without_a_scene_is_judged_in_its_box_of_states(name, code, tmp_pa
     capsys.readouterr()
 
 
+@pytest.mark.parametrize("words", [("symplecticity", ""), ("symplecticity", "--rule"), ("verify",)])
+def test_the_maps_of_a_file_are_each_judged_in_their_own_box(words, tmp_path, capsys):
+    file = tmp_path / "ring.py"
+    file.write_text(RING)
+    words = [*filter(None, words), str(file), "--fresh", "--jobs", "1"]
+    assert main(words) == 1
+    said = capsys.readouterr().out
+    for name, verdict in (("turn", "pass"), ("by-name", "fail"), ("shrinks", "fail")):
+        assert said.count(f"{verdict}: states-of-{name}, {name}, 16 digits") == (
+            "verify" not in words
+        )
+        again = f"symplecticity {file}:states-of-{name} --rule {file}:{name} --digits 16"
+        assert again in said or verdict == "pass" or "verify" not in words
+    assert "no command" not in said and "by-name, turn" not in said and "its steps" not in said
+    assert "✓ energy" not in said and "? order" not in said
+    assert main(["energy", f"{file}:turn"]) == 2
+    assert "only its form, volume and way back are judged" in capsys.readouterr().err
+
+
 def test_a_pass_says_how_fine_its_box_was_looked_at():
     box = black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]))(kicked(1))
     case = Case("symplecticity", box.own_scene, box, 16)
