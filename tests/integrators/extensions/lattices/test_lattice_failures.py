@@ -76,7 +76,7 @@ def test_an_array_that_is_left_out_is_named(given, said):
 
 
 def test_an_algebra_is_no_site():
-    with pytest.raises(BadInput, match=r"site is so\(3\); give a groupoid, as pair\(1\) or lie"):
+    with pytest.raises(BadInput, match=r"site is so\(3\); give pair\(n\), lie_group\("):
         replace(fput(), site=so(3))
 
 

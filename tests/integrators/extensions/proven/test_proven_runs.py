@@ -130,7 +130,7 @@ def test_a_step_without_solution_ends_the_run_with_its_rows():
     ("pendulum", {"digits": 301}, "17 to 300 digits"),
     ("pendulum", {"step": None, "tolerance": 1e-3}, "give a step, no tolerance"),
     ("pendulum", {"on_edge": "bisect"}, "leave on_edge= out"),
-    ("bouncing-ball", {}, "impulses have no proof"),
+    ("bouncing-ball", {}, "in balls, without impulses"),
     ("moser-veselov", {}, "function of the group element"),
 ])  # fmt: skip
 def test_what_has_no_proof_is_refused(scene, how, words):
