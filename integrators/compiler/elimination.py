@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..numbers import Coefficients, Graph, Node, NodeMatrix
+from ..numbers import Coefficients, Graph, Node, NodeMatrix, Rational
 from ..numbers.nodes import PRODUCT, SUM
 
 #: number of multiplications up to which a system is unrolled: a dense one of 12 unknowns
@@ -97,18 +97,15 @@ class Steps:
         midpoint: by 7 %).
         """
         graph = self.graph
-        constant, terms = e.args if e.kind == SUM else (0, ((e.index, 1),))
-        summands = [(constant, graph.one)]
-        for i, c in terms:
-            term = graph.nodes[i]
+        summands: list[tuple[Rational, Node]] = []
+        for c, term in e.terms:
             factors = term.args if term.kind == PRODUCT else ()
             rest = [(k, n) for k, n in factors if not self.constant(graph.nodes[k])]
             inner = graph.nodes[rest[0][0]] if len(rest) == 1 and rest[0][1] == 1 else term
             if len(rest) < len(factors) and inner.kind == SUM and self._mostly_scaled(inner):
                 own = [(graph.nodes[k], n) for k, n in factors if (k, n) not in rest]
-                number, parts = inner.args
-                spread = [(number, graph.one), *((a, graph.nodes[k]) for k, a in parts)]
-                summands += [(c * a, graph.product([*own, (part, 1)])) for a, part in spread]
+                spread = ((c * a, graph.product([*own, (part, 1)])) for a, part in inner.terms)
+                summands += spread
             else:
                 summands.append((c, term))
         return graph.sum(summands)

@@ -21,7 +21,7 @@ from collections.abc import Iterable
 from functools import cached_property
 
 from ..groupoids import Groupoid
-from ..numbers import Node, NodeMatrix, sympy
+from ..numbers import Node, NodeMatrix, Scope, sympy
 from ..numbers.types import Column, Entries, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
@@ -41,7 +41,7 @@ class Arrows:
         self, s: SceneSymbols, rule: Discretisation, of: DiscreteLagrangian | None = None
     ) -> None:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
-        self._altered: frozenset[str] = frozenset()
+        self._altered: dict[str, SymbolicMatrix] = {}
         if of is not None:
             self.of = of
 
@@ -53,11 +53,11 @@ class Arrows:
         return lagrangian
 
     def altered(self, **maps: SymbolicMatrix) -> Arrows:
-        """Return these arrows with other matrices for those named; the rest is derived anew."""
+        """Return these arrows with other matrices for some of minus, plus, gain, stage_equations
+        and slope; the rest is derived anew."""
         other = Arrows(self.s, self.rule, self.of)
-        other._altered = frozenset(maps)
-        for name, matrix in maps.items():
-            setattr(other, name, matrix)
+        other._altered = maps
+        vars(other).update(maps)
         return other
 
     @property
@@ -90,8 +90,19 @@ class Arrows:
     # -- in letters for points -------------------------------------------------------------------
 
     @cached_property
+    def nodes(self) -> dict[str, list[Node]]:
+        """F⁻, F⁺, F⁺ − F⁻ and ∂L_d/∂s; on the group polynomials in g, so that x·g − x·g cancels."""
+        graph, columns = self.of.graph, self._derived()
+        if self.element is not None:
+            columns = {name: self._in_element(column) for name, column in columns.items()}
+        changed = {name: e for name, e in self._altered.items() if name in columns}
+        return columns | {name: graph.column(e) for name, e in changed.items()}
+
+    def _in_element(self, nodes: Iterable[Node]) -> list[Node]:
+        (g,) = self.of.moved
+        return [self.of.graph.collected(e, g.nodes) for e in nodes]
+
     def _derived(self) -> dict[str, list[Node]]:
-        """Return F⁻, F⁺, F⁺ − F⁻ and ∂L_d/∂s as nodes."""
         of, graph = self.of, self.of.graph
         of_x, of_u, stages, of_moved = of.gradient()
         rho, L, R = map(graph.matrix, (self.rho, self.L, self.R))
@@ -120,7 +131,7 @@ class Arrows:
                 gain = graph.minus(graph.plus(gain, left), right)
         at_start = of.force_at(of.x)  # the start is displaced by −a
         minus, gain = graph.minus(minus, at_start), graph.plus(gain, at_start)
-        return {"minus": minus, "plus": plus, "gain": gain, "stages": stages}
+        return {"minus": minus, "plus": plus, "gain": gain, "stage_equations": stages}
 
     @cached_property
     def minus(self) -> Column:
@@ -140,61 +151,49 @@ class Arrows:
     @cached_property
     def stage_equations(self) -> Column:
         """∂L_d/∂s, which vanish, k·m×1."""
-        return self._shown("stages")
+        return self._shown("stage_equations")
 
     def _shown(self, name: str) -> Column:
-        return self._cancelled(self.of.graph.shown_column(self._derived[name]))
-
-    def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
-        """Return the matrix; on the group with polynomials in g, so that x·g − x·g cancels."""
-        if self.element is None:
-            return column
-        letters = list(self.element.g)
-        return column.applyfunc(lambda e: e.expand().collect(letters))
+        return self.of.graph.shown_column(self.nodes[name])
 
     @cached_property
     def system(self) -> Column:
         """E = (F⁻, ∂L_d/∂s): a step solves E = (hμ, 0) for w = (u, s)."""
-        stages = self.stage_equations
-        return self.minus.col_join(stages) if len(stages) else self.minus
+        return self.minus.col_join(self.stage_equations)
 
     @cached_property
     def slope(self) -> SymbolicMatrix:
         """∂E/∂w, square."""
-        columns = [c for c in (self.s.u, self.s.stages) if len(c)]
-        return sympy.Matrix.hstack(*[self.total(self.system, c) for c in columns])
+        return self.total(self.system, [*self.s.u, *self.s.stages])
 
     @cached_property
     def rows(self) -> list[Node]:
         """E/h, in which powers of h cancel before they are ever rounded."""
-        return self._per_step([*self._nodes("minus"), *self._nodes("stages")])
+        return self._per_step([*self.nodes["minus"], *self.nodes["stage_equations"]])
 
     @cached_property
     def slope_of_rows(self) -> NodeMatrix:
         """∂(E/h)/∂w, square; along e→, ∂F⁻/∂u · R, where L_d is given on the group."""
+        of, graph = self.of, self.of.graph
         if self.element is not None:
-            slope = self.minus_along_right
+            (g,) = of.moved
+            slope = Scope(graph).jacobian(self.nodes["minus"], g.nodes)
+            slope = [self._in_element(graph.transposed(g.right, row)) for row in slope]
         elif "slope" in self._altered:
-            slope = self.slope
+            slope = graph.matrix(self.slope)
         else:
-            return self.of.scope.jacobian(self.rows, [*self.of.u, *self.of.stages])
-        return [self._per_step(row) for row in self.of.graph.matrix(slope)]
+            return of.scope.jacobian(self.rows, [*of.u, *of.stages])
+        return [self._per_step(row) for row in slope]
 
     @cached_property
     def plus_of_rows(self) -> list[Node]:
         """F⁺/h."""
-        return self._per_step(self._nodes("plus"))
+        return self._per_step(self.nodes["plus"])
 
     @cached_property
     def gain_of_rows(self) -> list[Node]:
         """(F⁺ − F⁻)/h."""
-        return self._per_step(self._nodes("gain"))
-
-    def _nodes(self, name: str) -> list[Node]:
-        if self.element is None and name not in self._altered:
-            return self._derived[name]
-        expressions = self.stage_equations if name == "stages" else getattr(self, name)
-        return self.of.graph.column(expressions)
+        return self._per_step(self.nodes["gain"])
 
     def _per_step(self, nodes: Iterable[Node]) -> list[Node]:
         """Return nodes/h, term by term."""
@@ -203,13 +202,6 @@ class Arrows:
     def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
         return self.of.scope.total(column, variable)
-
-    @cached_property
-    def minus_along_right(self) -> SymbolicMatrix:
-        """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
-        element = self.element
-        assert element is not None
-        return self._cancelled(self.minus.jacobian(list(element.g)) * element.fields[0])
 
     @property
     def _arrow(self) -> tuple[Groupoid | Element, Column]:

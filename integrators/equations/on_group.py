@@ -70,14 +70,13 @@ class Element:
 
     def discrete_lagrangian(self, rule: Discretisation) -> Expression:
         """Return L_d of `own`, or of its adjoint, in the letters of g, expanded."""
-        value = rule.formula(LagrangianForRule(self.s), self, self.s.x, self.g, self.s.h)
-        return value.expand()
+        return rule.formula(LagrangianForRule(self.s), self, self.s.x, self.g, self.s.h)
 
     @cached_property
     def branch(self) -> Expression:
         """Return the number that identifies a solution (`OnGroup`), in x and the letters of g."""
         s, function = self.s, self.given.branch or self.given.formula
-        return s.call(function, "its branch", s.x, self.g, s.h, s.parameters).expand()
+        return s.call(function, "its branch", s.x, self.g, s.h, s.parameters)
 
     def target(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
         """Return x·g, n×1."""

@@ -184,17 +184,12 @@ class Graph(Walks):
     def divided(self, node: Node, by: Node) -> Node:
         """Return node/by, a sum term by term, so that powers of `by` cancel."""
         over = self.product([(by, -1)])
-        if node.kind != SUM:
-            return node * over
-        constant, terms = node.args
-        return self.sum([(constant, over), *((c, self.nodes[i] * over) for i, c in terms)])
+        return self.sum((c, e * over) for c, e in node.terms)
 
     def expanded(self, node: Node) -> Node:
         """Return the node with products of sums multiplied out, to whole positive powers."""
         if node.kind == SUM:
-            constant, terms = node.args
-            inner = ((c, self.expanded(self.nodes[i])) for i, c in terms)
-            return self.sum([(constant, self.one), *inner])
+            return self.sum((c, self.expanded(e)) for c, e in node.terms)
         if node.kind != PRODUCT:
             return node
         summands, rest = [(1, self.one)], []
@@ -203,12 +198,21 @@ class Graph(Walks):
             if base.kind != SUM or n < 0 or n.denominator != 1:
                 rest.append((base, n))
                 continue
-            constant, terms = self.expanded(base).args
-            parts = [(constant, self.one), *((c, self.nodes[k]) for k, c in terms)]
+            parts = self.expanded(base).terms
             for _ in range(int(n)):
-                summands = [(a * c, e * part) for a, e in summands for c, part in parts if c]
+                summands = [(a * c, e * part) for a, e in summands for c, part in parts]
         outside = self.product(rest)
         return self.sum((c, e * outside) for c, e in summands)
+
+    def collected(self, node: Node, by: Sequence[Node]) -> Node:
+        """Return the node multiplied out and then written as Σ e · (…) for the nodes e of `by`:
+        every term is with the first of them that it has as a factor."""
+        shares: dict[Node, list[tuple[Rational, Node]]] = {e: [] for e in (*by, self.one)}
+        for c, term in self.expanded(node).terms:
+            powers = dict(term.args) if term.kind == PRODUCT else {term.index: 1}
+            first = next((e for e in by if powers.get(e.index, 0) >= 1), self.one)
+            shares[first].append((c, self.product([(term, 1), (first, -1)])))
+        return self.sum((1, e * self.sum(rest)) for e, rest in shares.items())
 
     def combined(self, pairs: Sequence[tuple[Rational, Node | None, Row]]) -> Row:
         """Return Σ coefficient · factor · row, without zeros; a factor None is 1."""

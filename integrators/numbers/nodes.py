@@ -76,10 +76,17 @@ class Node:
     @property
     def scaled(self) -> tuple[Rational, Node]:
         """Return (c, e) where the node is c·e with a number c; c = 1 for a sum of several terms."""
-        if self.kind == SUM and not self.args[0] and len(self.args[1]) == 1:
-            ((index, c),) = self.args[1]
-            return c, self.graph.nodes[index]
-        return 1, self
+        terms = self.terms
+        return terms[0] if len(terms) == 1 else (1, self)
+
+    @property
+    def terms(self) -> list[tuple[Rational, Node]]:
+        """Return [(c, e)] with numbers c and Σ c·e equal to the node; e = 1 of a constant."""
+        if self.kind != SUM:
+            return [(1, self)]
+        constant, terms = self.args
+        whole = [(c, self.graph.nodes[i]) for i, c in terms]
+        return [(constant, self.graph.one), *whole] if constant else whole
 
     def fraction(self) -> tuple[Node, Node]:
         """Return (N, D) with N/D equal to the node; D is the product of its denominators."""
@@ -105,12 +112,12 @@ class Node:
             return graph.product(factors), powers
         if self.kind != SUM:
             return self, {}
-        parts = [(c, *nodes[i]._over_powers()) for i, c in self.args[1]]
+        parts = [(c, *e._over_powers()) for c, e in self.terms]
         for _, _, below in parts:
             for k, p in below.items():
                 powers[k] = max(powers.get(k, 0), p)
         whole = []
-        for c, above, below in [(self.args[0], graph.one, {}), *parts]:
+        for c, above, below in parts:
             missing = ((nodes[k], p - below.get(k, 0)) for k, p in powers.items())
             whole.append((c, graph.product([(above, 1), *missing])))
         return graph.sum(whole), powers

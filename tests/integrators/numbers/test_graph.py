@@ -101,3 +101,13 @@ def test_held_values_are_rebuilt_with_others_in_place_of_letters():
     assert graph.shown(found) == C**2
     assert graph.written_out(graph.shown(node)) == (A**2 + B) * C
     assert graph.symbols([node]) == {A, B, C}
+
+
+def test_a_collected_sum_has_every_term_with_its_first_letter():
+    graph = Graph()
+    by = graph.letters([A, B])
+    for e, wanted in [
+        ((A + B) * C + 3 * A, A * (C + 3) + B * C), ((A + C) ** 2, A * (A + 2 * C) + C**2),
+        (C * (A * B + 1) - C * A * B, C), (C / A + B, C / A + B),
+    ]:  # fmt: skip
+        assert graph.shown(graph.collected(graph.read(e), by)) == wanted
