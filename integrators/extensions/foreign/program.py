@@ -18,6 +18,7 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import shlex
 import shutil
 import weakref
@@ -43,6 +44,8 @@ RESTARTS = 3  # number of restarts after successive failures on one scene
 #: number of other characters of a line
 CHARACTERS, BESIDE = 64, 65536
 FORM = '{"x": rows, "%s": rows}'
+
+_PARTS = re.compile(r"""[\s=:;,'"()<>|&]+""")  # what ends a name within a word of a command
 
 
 class ProgramFailure(BadInput):
@@ -85,9 +88,13 @@ class Program:
 
     @property
     def digest(self) -> str:
-        """The digest of the command and the files in it, which changes with the program."""
+        """The digest of the command and the files in it, which changes with the program.
+
+        A word may hold more than a file's name, as --table=forces.csv, or one for sh -c.
+        """
         digest = hashlib.sha256(repr((self.words, str(self.folder))).encode())
-        named = (self.folder / word for word in self.words[1:])
+        parts = (part for word in self.words[1:] for part in (word, *_PARTS.split(word)))
+        named = (self.folder / part for part in parts if part)
         below = (path for name in self.files or () for path in _below(self.folder / name))
         for path in (Path(self.path), *named, *below):
             with contextlib.suppress(OSError):

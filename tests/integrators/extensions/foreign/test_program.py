@@ -158,6 +158,15 @@ def test_another_process_starts_its_own(made):
     other.close()
 
 
+@pytest.mark.parametrize("word", ["{}", "--table={}", "exec cat '{}' | sort"])
+def test_a_file_within_a_word_of_a_command_is_a_part_of_its_digest(word, tmp_path):
+    (tmp_path / "forces.csv").write_text("1")
+    words = ["sh", "-c", word.format("forces.csv")]
+    digests = {Program(words, tmp_path, 1, 0, ()).digest}
+    (tmp_path / "forces.csv").write_text("2")
+    assert len(digests | {Program(words, tmp_path, 1, 0, ()).digest}) == 2
+
+
 def test_a_changed_program_has_another_digest(made):
     before = made("say(1)").digest
     assert made("say(1)").digest == before != made("say(2)").digest
