@@ -91,7 +91,8 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
             return Verdict("inconclusive", f"{said}{rough}.", expected)
         if unknown := _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
-        told = f"the form is kept in single steps and in runs of up to {run.seen} steps"
+        told = "the form is kept in single steps"
+        told += f" and in runs of up to {run.seen} steps" if run.seen else ""
         told += "; the motion of a map of one step is not held against a scene's" * is_map
         told = "; ".join([told, *_looked_at(case, rows)])
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
