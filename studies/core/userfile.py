@@ -146,7 +146,8 @@ def _entries(value: Any, depth: int = 3) -> Iterator[Any]:
         yield from _entries(each, depth - 1)
 
 
-def _is_of_bench(thing: Any) -> bool:
+def is_of_bench(thing: Any) -> bool:
+    """True for an object that comes with discmech, and not for another one of its name."""
     if isinstance(thing, Discretisation):
         return thing is discretisations.BUILT_IN.get(thing.name)
     room: Any = systems if isinstance(thing, Lattice) else scenes
@@ -169,7 +170,7 @@ def _collect(
 
     def take(thing: Any, where: str, own_name: Sequence[str] = ()) -> Any:
         """Return a rule or scene as it is named here; None for anything else."""
-        if not isinstance(thing, Discretisation | Scene | Lattice) or _is_of_bench(thing):
+        if not isinstance(thing, Discretisation | Scene | Lattice) or is_of_bench(thing):
             return thing if isinstance(thing, Discretisation | Scene | Lattice) else None
         if id(thing) in known:
             return known[id(thing)]

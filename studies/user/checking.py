@@ -45,7 +45,8 @@ def check(
     """Run one study; all arguments are objects or names; by default it takes all scenes and rules.
 
     Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}; a
-    notebook shows its table, reasons and figures (`plot` gives these one by one). Raises `BadInput`
+    notebook shows its table, reasons and figures (`plot` gives these one by one). Rules of one name
+    get the names of their files before it, as `discmech verify` does. Raises `BadInput`
     for unknown names and for scenes to which the study does not apply.
     """
     chosen = Choice(
@@ -55,7 +56,11 @@ def check(
         steps=None if steps is None else whole("steps")(str(steps)),
     )
     asked = _study(study)
-    return Result(replace(run_study(asked, chosen), command=_command(asked, chosen)).to_json())
+    names = lookup.names_apart(chosen.rules)
+    named = tuple(rule if rule.name == name else replace(rule, name=name)
+                  for rule, name in zip(chosen.rules, names, strict=True))  # fmt: skip
+    result = run_study(asked, replace(chosen, rules=named))
+    return Result(replace(result, command=_command(asked, chosen)).to_json())
 
 
 def _command(study: Study, chosen: Choice) -> str:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import inspect
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators.errors import BadInput, shown, unknown
+
+from ..core.lookup import names_apart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +78,7 @@ def plot(
         raise unknown("kind", kind, KINDS)
     if len({(run.x.shape[1:], run.mu.shape[1:]) for run in runs}) > 1:
         raise BadInput("runs of scenes with other numbers of coordinates cannot be drawn together.")
-    names = _told_apart([(subject_of(run) or (None, None))[1] for run in runs])
+    names = names_apart([(subject_of(run) or (None, None))[1] for run in runs])
     drawn = [_Run(run, name, look, _angles(wrap, run.x.shape[-1]))
              for run, name in zip(runs, names, strict=True)]  # fmt: skip
     known_rules(labels or {}, [run.rule for run in drawn])
@@ -102,33 +101,6 @@ def subject_of(run: Any) -> tuple[Any, Any] | None:
     made: Any = getattr(run, "scheme", None) or run  # a steered motion has them itself
     subject = getattr(made, "scene", None) or getattr(made, "lattice", None)
     return None if subject is None else (subject, getattr(made, "rule", None))
-
-
-def _told_apart(rules: Sequence[Any]) -> list[str]:
-    """Return the names of rules; of several with one name those of their files stand before it.
-
-    What has one file, too, is numbered.
-    """
-    objects = {id(rule): rule for rule in rules}
-    names = {key: str(getattr(rule, "name", "")) for key, rule in objects.items()}
-
-    def with_file(key: int) -> str:
-        return f"{_file_of(objects[key])}-{names[key]}".lstrip("-")
-
-    def with_number(key: int) -> str:
-        return f"{names[key]} ({[k for k in names if names[k] == names[key]].index(key) + 1})"
-
-    for made in (with_file, with_number):
-        often = Counter(names.values())
-        names = {k: made(k) if often[name] > 1 else name for k, name in names.items()}
-    return [names[id(rule)] for rule in rules]
-
-
-def _file_of(rule: Any) -> str:
-    """Return the name of the file that has a rule's function."""
-    with suppress(AttributeError, TypeError, OSError):  # a program and a notebook have none
-        return Path(inspect.getfile(inspect.unwrap(rule.formula))).stem
-    return ""
 
 
 def _angles(wrap: Any, entries: int) -> tuple[int, ...]:

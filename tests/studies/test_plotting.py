@@ -98,6 +98,9 @@ step, other = made(1), made(1.1)
     (axes,) = plot(runs, "energy", labels={"anna_b-step": "Anna"}).axes
     assert {text.get_text() for text in axes.texts} >= {"Anna", *wanted[1:]}
     assert "by anna_b-step" not in words(plot(runs[:1])) and "by step" in words(plot(runs[:1]))
+    result = check("energy", ["pendulum"], [rules[0], *rules[2:], "midpoint"], steps=200)
+    assert [case["rule"] for case in result["cases"]] == [*wanted, "midpoint"]
+    assert "ben_b-step (1)" in words(plot(result, labels={"anna_b-step": "Anna"}))
 
 
 def test_a_coordinate_that_stays_has_no_panel():
