@@ -174,21 +174,23 @@ def _umask() -> int:
 
 
 def withdraw_badge(words: Sequence[str]) -> None:
-    """Write in place of the badge that a command is to replace one without a verdict.
+    """Write a badge without a verdict where a command is to write its own.
 
-    A command that ends without a verdict of its own, by bad input or a signal, leaves that one and
-    no earlier pass. words: the command's; they may be wrong in any other way.
+    A command that ends without a verdict, by bad input or a signal, leaves that one: no earlier
+    pass, and no gap where a job publishes it. words: the command's; they may be wrong in any other
+    way.
     """
     if words[:1] != ["verify"]:
         return
     for word, after in pairwise([*words, ""]):
         option, _, value = word.partition("=")
-        if option != "--badge":
-            continue
         file = value or after
+        if option != "--badge" or file in ("", "-") or file.startswith("--"):
+            continue
         with suppress(BadInput, CouldNotRun, OSError):  # it is no badge of ours, or stays as it is
             path = _target(file)
-            if path.is_file() and path.stat().st_size and is_badge(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if not path.exists() or (path.is_file() and is_badge(path)):
                 from ..core.result import StudyResult
                 from ..report.badge import badge
 

@@ -48,9 +48,10 @@ def test_verify_writes_it_with_the_exit_code_of_the_verdict(tmp_path, capsys):
     assert "pass" in file.read_text("utf-8") and "<title>" in file.read_text("utf-8")
     for wrong in (["--scene", "nowhere"], ["--digits", "3"], ["--unknown"], ["--html", "-"]):
         main([*words, "--badge", str(file)])
-        with suppress(SystemExit):
-            assert main([*words, *wrong, f"--badge={file}"]) == 2
-        assert "inconclusive (no case)" in file.read_text("utf-8")
+        for name in (file, tmp_path / "fresh" / f"{len(wrong[0])}.svg"):
+            with suppress(SystemExit):
+                assert main([*words, *wrong, f"--badge={name}"]) == 2
+            assert "inconclusive (no case)" in name.read_text("utf-8")
     (other := tmp_path / "other.svg").write_text("<svg aria-label='of somebody'/>")
     assert main([*words, "--badge", str(other)]) == 2 and "somebody" in other.read_text("utf-8")
     assert main([*words, "--badge", "-"]) == 2
