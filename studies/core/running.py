@@ -78,9 +78,8 @@ def _why_none(plan: Plan, study: Study) -> str:
             f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
             f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
         )
-    unmeasured = [rule.unmeasured(study.name) for rule in choice.rules]
-    if unmeasured and all(unmeasured):
-        return unmeasured[0]
+    if (lacks := study.lacks(choice)) != study.needs:
+        return lacks
     among = f" ({names})" if names else ""
     return f"the study {study.name} applies to none of the chosen scenes{among}: {study.needs}"
 
@@ -185,7 +184,8 @@ def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
         if rule.name in seen or rule.name in spoken:
             continue
         no_fast = rule.splits and all(getattr(s, "fast", None) is None for s in choice.scenes)
-        why = "it needs a scene that names a fast potential" if no_fast else study.needs
+        lacks = study.lacks(replace(choice, rules=(rule,)))
+        why = "it needs a scene that names a fast potential" if no_fast else lacks
         sentences.append(f"{rule.name} is left out of {study.name}: {why.rstrip('.')}.")
     return sentences
 

@@ -84,6 +84,11 @@ class Study:
         """The reason why it may apply to nothing that was chosen."""
         return "no chosen rule can be used there."
 
+    def lacks(self, choice: Choice) -> str:
+        """Return why it applies to nothing chosen: what each rule says, or else `needs`."""
+        said = [rule.unmeasured(self.name) for rule in choice.rules]
+        return " ".join(dict.fromkeys(said)) if said and all(said) else self.needs
+
     def with_limits(self, words: str) -> str:
         """Return its `judged` or `about` with the values of the limits that the text names."""
         return filled_in(words, self.limits)

@@ -57,7 +57,6 @@ def cases(choice: Choice) -> list[Case]:
     return [
         ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
         for scene, rule in choice.pairs()
-        if rule.is_formula
         for extreme in EXTREMES.get(scene.name, ())
         if extreme.name in choice.asked("extreme", (extreme.name,))
     ]

@@ -258,7 +258,7 @@ def _cases(
         raise BadInput(str(error)) from None
     if not cases:
         raise NotApplicable(
-            f"{study.name} says nothing of {scene.name} with {rule.name}: {study.needs}"
+            f"{study.name} says nothing of {scene.name} with {rule.name}: {study.lacks(chosen)}"
         )
     return sorted(cases, key=lambda case: case.digits)
 

@@ -204,7 +204,7 @@ def verify(
         asked.append(every_study()["reversibility"])
     judges = [study for study in asked if list(study.cases(choice))]
     if not judges:
-        needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
+        needs = "; ".join(f"{study.name}: {study.lacks(choice).rstrip('.')}" for study in asked)
         nothing = f"no study applies to what was chosen ({needs})."
         said = choice.unheeded() or apart(choice) or [nothing]
         raise BadInput(" ".join(said))
@@ -282,7 +282,7 @@ def _left_out(
                 if name not in seen and own & parts_of(scene)]  # fmt: skip
         if left:
             where = "" if len(left) == len(scenes) else f" on {', '.join(left)}"
-            lines.append(f"{study.name}{where}: {study.needs}")
+            lines.append(f"{study.name}{where}: {study.lacks(choice)}")
     notes = apart(choice)
     if lines:
         notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(lines))

@@ -310,9 +310,12 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     (["good.py", "--html", "-"], "--html needs"),
     (["good.py", "--json", "good.py/found.json"], "cannot be written"),
     (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
+    (["box.py", "--study", "extremes", "--scene", "pendulum"], "step is a program, and the study"),
 ])  # fmt: skip
 def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
     ask("new", "study", "own-study")  # a file without a rule
+    box = "from discmech import black_box\n\n@black_box()\ndef step(q, p, h):\n    return q, p\n"
+    (folder / "box.py").write_text(box)
     code, out, err = ask("verify", *words)
     assert code == 2 and out == "" and message in err and err.count("\n") == 1
 
@@ -362,7 +365,8 @@ def test_no_other_rules_are_judged_in_place_of_one_that_could_not_be_made(folder
     for words in (["verify", "built.py", *kept], ["order", "harmonic", "--rule", "built.py"]):
         code, out, err = ask(*words)
         assert code == 2 and not out and "built.py, line 3: there is no program" in err
-    assert not {"b.json", "b.svg"} & {each.name for each in folder.iterdir()}
+    assert not (folder / "b.json").exists()
+    assert "inconclusive (no case)" in (folder / "b.svg").read_text("utf-8")
 
 
 def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):

@@ -117,13 +117,20 @@ class BlackBox(Discretisation):
         return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
 
     def unmeasured(self, study: str) -> str:
-        """Return why a study cannot measure a map of one step, whose motion is no scene's."""
-        if self.step is None or study in OF_MAPS:
-            return ""
-        return (
-            f"{self.name} is a map of one step: only its form, volume and way back are judged "
-            "(discmech symplecticity, discmech reversibility)."
-        )
+        """Return why a study cannot measure it: what asks for formulas, or, of a map of one step,
+        whose motion is no scene's, what asks for a run.
+        """
+        if self.step is not None and study not in OF_MAPS:
+            return (
+                f"{self.name} is a map of one step: only its form, volume and way back are judged "
+                "(discmech symplecticity, discmech reversibility)."
+            )
+        if study == "extremes":
+            return (
+                f"{self.name} is a program, and the study extremes runs formulas at the edge of a "
+                "scene: the other studies judge it."
+            )
+        return ""
 
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the box cannot run on the scene, or ""."""
