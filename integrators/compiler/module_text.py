@@ -254,7 +254,8 @@ class KernelText:
         for name, columns in wanted.items():
             arguments = {"x": step.x, "w": step.w, "c": self.coefficients}
             operations = self._start(arguments)
-            queue = iter(operations.values([e for c in columns for e in self.nodes.read(c)]))
+            entries = (e for column in columns for e in column)
+            queue = iter(operations.values(self.nodes.graph.column(entries)))
             results = [[next(queue) for _ in column] for column in columns]
             texts.append(self._function(name, arguments, operations, results))
         return "\n\n".join(texts)
@@ -280,8 +281,8 @@ class KernelText:
         values = operations.values(dw)
         if step.along is not None:
             letters, along = step.along
-            operations.give(nodes.read(letters), values)
-            values = operations.values(nodes.read(along))
+            operations.give(nodes.graph.column(letters), values)
+            values = operations.values(nodes.graph.column(along))
         results: list[Sequence[Value] | Value] = [values]
         if not self.affine:
             results.append(operations.sum([operations.function("abs", e & ~1) for e in values]))

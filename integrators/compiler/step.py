@@ -78,7 +78,7 @@ class Step:
         """Return the step with expressions in place of letters in all that a step computes."""
         nodes, graph = self.nodes, self.nodes.graph
         parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted, nodes.y]
-        swapped = {graph.letter(a).index: graph.node(e) for a, e in swap.items()}
+        swapped = {graph.read(a).index: graph.node(e) for a, e in swap.items()}
         made = iter(graph.rebuilt([e for part in parts for e in part], swapped))
         rows, *slope, increment, gain, wanted, y = ([next(made) for _ in part] for part in parts)
         # a held y has a new letter if its value changes
@@ -106,15 +106,11 @@ class StepNodes:
         letters = (step.x, step.u, step.w, step.mu, step.y, step.q)
         self.x, self.u, self.w, self.mu, self.y, self.q = map(graph.letters, letters)
         self.rows, self.increment, self.gain = map(
-            self.read, (step.rows, step.increment, step.gain)
+            graph.column, (step.rows, step.increment, step.gain)
         )
-        entries, m = self.read(step.slope), len(step.w)
+        entries, m = graph.column(step.slope), len(step.w)
         self.slope = [entries[i * m : i * m + m] for i in range(m)]
-        self.wanted = self.read(step.wanted or [*step.mu, *[0] * (m - len(step.mu))])
-
-    def read(self, entries: Iterable[Expression | Node]) -> list[Node]:
-        """Return the nodes of expressions in the step's letters."""
-        return [self.graph.node(e) for e in entries]
+        self.wanted = graph.column(step.wanted or [*step.mu, *[0] * (m - len(step.mu))])
 
     @property
     def keys(self) -> list[object]:
@@ -123,7 +119,7 @@ class StepNodes:
         along = step.along[1] if step.along else ()
         branch = () if step.branch is None else (step.branch,)
         columns = (self.rows, self.increment, self.gain, *self.slope, self.wanted,
-                   self.read([*along, *branch, *(e for _, e in step.extents)]))  # fmt: skip
+                   graph.column([*along, *branch, *(e for _, e in step.extents)]))  # fmt: skip
         letters = (step.q, step.x, step.u, step.w, step.mu, step.y, step.scaled,
                    step.along[0] if step.along else ())  # fmt: skip
         facts = (step.name, [kind for kind, _ in step.extents], [*step.kinds], step.explicit,

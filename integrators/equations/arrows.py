@@ -22,7 +22,7 @@ from functools import cached_property
 
 from ..groupoids import Groupoid
 from ..numbers import Node, NodeMatrix, Scope, sympy
-from ..numbers.types import Column, Entries, Expression, Letters, SymbolicMatrix
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
@@ -164,7 +164,7 @@ class Arrows:
     @cached_property
     def slope(self) -> SymbolicMatrix:
         """∂E/∂w, square."""
-        return self.total(self.system, [*self.s.u, *self.s.stages])
+        return self.of.scope.total(self.system, [*self.s.u, *self.s.stages])
 
     @cached_property
     def rows(self) -> list[Node]:
@@ -198,10 +198,6 @@ class Arrows:
     def _per_step(self, nodes: Iterable[Node]) -> list[Node]:
         """Return nodes/h, term by term."""
         return [self.of.graph.divided(e, self.of.h) for e in nodes]
-
-    def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
-        """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
-        return self.of.scope.total(column, variable)
 
     @property
     def _arrow(self) -> tuple[Groupoid | Element, Column]:
@@ -260,7 +256,7 @@ class Arrows:
         stages = self.s.stages
 
         def by(column: Column, variable: Column) -> SymbolicMatrix:
-            return self.written_out(self.total(column, variable))
+            return self.written_out(self.of.scope.total(column, variable))
 
         slope = by(self.minus, self.s.u)
         if len(stages):

@@ -34,7 +34,7 @@ class DiscreteLagrangian:
         self.scope = Scope(self.graph)
         self.graph.fixed = {e.index for e in self.graph.letters(s.q)}
         self.x, self.u, self.stages = map(self.graph.letters, (s.x, s.u, s.stages))
-        self.h = self.graph.letter(s.h)
+        self.h = self.graph.read(s.h)
         #: the points of the straight step and the group element: e→ and e← move them in a known way
         self.moved: list[Point] = []
         #: (nodes, covectors): L_d changes by Σ covector · d(node)

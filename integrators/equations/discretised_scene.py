@@ -22,8 +22,8 @@ from .arrows import Arrows
 from .checks import check_smooth, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import on_constraints
-from .implicit_lagrangian import with_momenta
 from .one_step_equations import OneStepEquations
+from .rule_view import with_momenta
 from .step_equations import DiscreteEquations, StepEquations
 from .symbols import SceneSymbols
 

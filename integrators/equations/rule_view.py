@@ -10,12 +10,13 @@ latter is derived (`value_of_rule`).
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from inspect import unwrap
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import BadInput, line_of
+from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers import first_violation, floats_exact, jacobian, sympy
 from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
 from ..rules import Discretisation
@@ -227,3 +228,54 @@ def answers_of(args: Expressions, kind: type) -> Expressions | None:
     rest = args[0].args[1:]
     whole = all(a.args == (i, *rest) for i, a in enumerate(args))
     return rest if whole else None
+
+
+# Rules on a Hamiltonian whose Lagrangian has no closed form: momenta are unknowns of the step.
+# l(x, v) is the stationary value of μ·v − H(x, μ) in μ (the Legendre transform). Each value of l in
+# a rule adds one stage, that μ, and L_d is stationary in all of them (Leok, Zhang 2011, section 3,
+# have this Hamilton–Pontryagin form): nothing else changes.
+
+
+class _Stationary:
+    """The Lagrangian for a rule: each value of it has the next of some columns as its μ.
+
+    Without columns, the values are only counted (`asked`).
+    """
+
+    offers = "L of a Hamiltonian without a closed Lagrangian has L(x, u) and parameters"
+
+    def __init__(self, s: SceneSymbols, columns: list[Column] | None = None) -> None:
+        self.s, self.parameters, self.columns, self.asked = s, s.parameters, columns, 0
+
+    def __call__(self, x: Column, u: Column) -> Expression:
+        self.asked += 1
+        if self.columns is None:
+            return sympy.Integer(0)
+        mu = self.columns[self.asked - 1]
+        return mu.dot(u) - self.s.hamiltonian_at(x, mu)
+
+
+def with_momenta(s: SceneSymbols, rule: Discretisation) -> Discretisation:
+    """Return the rule with one more stage for each value of the Lagrangian in it.
+
+    Raises `CannotMeasure` if it needs more than values.
+    """
+    counted = _Stationary(s)
+    try:
+        stages = [[0 * s.u] * rule.stages] if rule.stages else []
+        rule.formula(counted, GroupoidForRule(s), s.x, s.u, s.h, *stages)
+    except (AttributeError, BadInput) as error:
+        raise CannotMeasure(
+            f"{s.name}: {rule.name} asks for more than values of the Lagrangian ({error}), which "
+            "is not known in closed form of its Hamiltonian; take another rule."
+        ) from error
+    own = rule.stages
+
+    def formula(
+        L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter, s: list[Column]
+    ) -> Expression:
+        own_stages = [s[:own]] if own else []
+        return rule.formula(_Stationary(L.s, s[own:]), G, x, u, h, *own_stages)
+
+    formula.__wrapped__ = rule.formula  # type: ignore[attr-defined]  # whose lines messages name
+    return replace(rule, formula=formula, stages=own + counted.asked, nodes=None)

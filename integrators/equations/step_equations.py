@@ -113,7 +113,7 @@ class StepEquations:
     @uncollected()
     def step(self) -> Step:
         """One step as data for the compiler."""
-        n, rows = len(self.x), [*map(self.graph.node, self.rows)]
+        n, rows = len(self.x), self.graph.column(self.rows)
         slope = self.scope.jacobian(rows, self.graph.letters(self.w))
         return self._step(
             w=tuple(self.w),

@@ -264,7 +264,7 @@ class CurveTerm:
         if value.leads_negative:
             sign, core = -1, -value
         if core.index not in self._known:
-            letter = graph.letter(sympy.Symbol(f"r{len(self.results)}", real=True))
+            letter = graph.read(sympy.Symbol(f"r{len(self.results)}", real=True))
             self._known[core.index] = letter
             self._numbers[letter.index] = len(self.results)
             self.results.append(core)

@@ -92,7 +92,7 @@ def _values(e: StepEquations) -> list[Any]:
     g, at = e.graph, e.arrows
     if at is not None:
         return [list(e.rows), [*at.target, *at.plus_of_rows]]
-    return [list(e.rows), g.plus(g.letters(e.z), [*map(g.node, e.increment)])]
+    return [list(e.rows), g.plus(g.letters(e.z), g.column(e.increment))]
 
 
 def _with_slopes(e: StepEquations, rows: list[Any], after: Entries) -> list[Result]:

@@ -51,7 +51,7 @@ def evaluate_at(
     graph: its letters for held nodes need no number of their own.
     """
     if graph is not None:
-        return node_values([graph.node(e) for e in expressions], point, digits)
+        return node_values(graph.column(expressions), point, digits)
     numbers = arithmetic(digits)
     with numbers.working():
         letters = {symbol: numbers.number(value) for symbol, value in point.items()}

@@ -34,7 +34,7 @@ from .nodes import (
     reduced,
     slot,
 )
-from .types import Column, Expression, Letter, Replacement, SymbolicMatrix
+from .types import Column, Entries, Expression, Letter, Replacement, SymbolicMatrix
 
 
 class Graph(Walks):
@@ -69,12 +69,8 @@ class Graph(Walks):
         """Return the node of a rational number."""
         return self.make(NUMBER, value)
 
-    def letter(self, symbol: Letter) -> Node:
-        """Return the node of a letter, or the held node that it stands for."""
-        return self.read(symbol)
-
     def letters(self, symbols: Iterable[Letter]) -> list[Node]:
-        """Return the nodes of letters."""
+        """Return the nodes of letters, or the held nodes that they stand for."""
         return [self.read(s) for s in symbols]
 
     def define(self, letters: Iterable[Letter], nodes: Iterable[Node]) -> None:
@@ -254,9 +250,9 @@ class Graph(Walks):
         """Return the nodes of a matrix of sympy, row by row."""
         return [[self.read(e) for e in row] for row in matrix.tolist()]
 
-    def column(self, column: Column) -> list[Node]:
-        """Return the nodes of a column of sympy."""
-        return [self.read(e) for e in column]
+    def column(self, entries: Entries) -> list[Node]:
+        """Return the nodes of expressions of sympy and of numbers; nodes stay as they are."""
+        return [self.node(e) for e in entries]
 
     def transposed(self, matrix: NodeMatrix, other: Sequence[Node], width: int = 0) -> list[Node]:
         """Return matrixᵀ · column. width: the number of columns of a matrix without rows."""

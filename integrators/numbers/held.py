@@ -134,7 +134,7 @@ class Scope:
     def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(column)/d(variable), all in sympy; the variable is a column of letters."""
         g = self.graph
-        rows = self.jacobian([g.node(e) for e in column], g.letters(variable))
+        rows = self.jacobian(g.column(column), g.letters(variable))
         return sympy.Matrix(len(rows), len(variable), [g.shown(e) for row in rows for e in row])
 
     def jacobian(self, nodes: Sequence[Node], by: Sequence[Node]) -> NodeMatrix:

@@ -74,7 +74,7 @@ def numeric_text(
         for letter, own in zip(*(entry, vectors[name]) if name in vectors else ([entry], [name]),
                                strict=True):  # fmt: skip
             operations.name(graph.node(letter), own)
-    values = operations.values([graph.node(e) for e in entries])
+    values = operations.values(graph.column(entries))
     lines, written = body(operations, values, vectors)
     texts, returned = iter(written), []
     for array in shaped:

@@ -102,7 +102,7 @@ class Coefficients:
 
     def symbol(self, letter: Letter) -> int:
         """Return the place of a parameter among the coefficients."""
-        return self.place(self.graph.letter(letter))[0]
+        return self.place(self.graph.read(letter))[0]
 
 
 class Operations:

@@ -62,7 +62,7 @@ def function_text(
     graph = next((e.graph for e in entries if isinstance(e, Node)), None) or Graph()
     operations = Operations(graph, coefficients)
     with_arguments(operations, arguments)
-    queue = iter(operations.values([graph.node(e) for e in entries]))
+    queue = iter(operations.values(graph.column(entries)))
     values = [[next(queue) for _ in part] for part in parts]
     return text_of(name, arguments, operations,
                    [v if hasattr(r, "__len__") else v[0]

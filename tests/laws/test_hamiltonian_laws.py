@@ -20,7 +20,7 @@ from discmech import (
     solution,
 )
 from discmech.integrators.equations import DiscreteEquations, SceneSymbols
-from discmech.integrators.equations.implicit_lagrangian import with_momenta
+from discmech.integrators.equations.rule_view import with_momenta
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.integrators.scene import takes_fourth

@@ -284,7 +284,7 @@ def _at_time(step: Step, s: SceneSymbols) -> Step:
 def _slope_of(s: SceneSymbols, potential: Expression) -> list[Node]:
     """Return ρ̂ᵀ∂L/∂x of a term without velocities."""
     graph = Graph()
-    h, x = graph.letter(s.h), graph.letters(s.x)
+    h, x = graph.read(s.h), graph.letters(s.x)
     rho = [[graph.divided(e, h) for e in row] for row in graph.matrix(s.groupoid.rho(s.x, s.h))]
     (slope,) = Scope(graph).jacobian([graph.read(potential)], x)
     return graph.transposed(rho, slope, len(s.u))

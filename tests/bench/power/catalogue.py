@@ -261,7 +261,7 @@ def _at_first_time(equations: Any, generator: Any, h: Any) -> Any:
 def _shown(equations: Any, part: str) -> Any:
     """The rows or the increment of a step as a column of expressions."""
     graph = equations.graph
-    return graph.shown_column([*map(graph.node, getattr(equations, part))])
+    return graph.shown_column(graph.column(getattr(equations, part)))
 
 
 def _met_at(equations: Any, points: Any) -> Any:

@@ -87,7 +87,7 @@ def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, 
     for column in filter(len, (maps.minus, maps.plus, maps.stage_equations)):
         written = of.arrows.written_out(column)
         for variable in filter(len, (s.x, s.u, s.stages)):
-            total = maps.total(column, variable)
+            total = of.equations.total(column, variable)
             found = evaluate_at(total, point, 60, maps.of.graph)
             for j, letter in enumerate(variable):
                 wanted = slopes_by(letter, written, point)
@@ -257,6 +257,6 @@ def test_a_point_moved_by_hand_is_another_point():
 
     of = Scheme(scenes.get("kepler"), sideways)
     for variable in (of.x, of.u):
-        through = of.arrows.written_out(of.arrows.total(of.arrows.minus, variable))
+        through = of.arrows.written_out(of.equations.total(of.arrows.minus, variable))
         written = of.legendre_minus.jacobian(variable)
         assert first_violation(through - written, [*of.u, of.h]) is None
