@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from .labels import broken
 from .palette import CYCLE, GRID, INK, MUTED, PAPER
 from .svg import inline_panels
 from .wording import in_tens
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 Style = Sequence[tuple[str, Any]]
 #: inches kept free beside the longest word, since other fonts are a little wider
 SPARE = 0.06
+LINE = 1.2  # of the size of type: the distance of matplotlib's lines
 LEAST = 1.2  # least width of axes in inches, in a figure with a requested width
 #: the fonts of a figure, and common fonts with the same widths for SVG text
 _FAMILIES = (
@@ -113,8 +115,8 @@ def render(
     import matplotlib
 
     with matplotlib.rc_context(_RC | dict(style)):
-        sheet, columns = _sized(panels, sheet, style)
-        figure, fitted = _laid_out(panels, sheet, columns)
+        sheet, columns, room = _sized(panels, sheet, style)
+        figure, fitted = _laid_out(panels, sheet, columns, room)
         scales = [_scales(axes) for axes in figure.axes]
         svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
         about = {"Date": None, "Creator": "discmech"}
@@ -132,26 +134,35 @@ def render(
     return Drawing(elsewhere, pdf.getvalue(), png.getvalue(), inline, fitted.width, columns)
 
 
-def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int]:
-    """Return the sheet and the number of columns, fitted to the width that the style requests.
+def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int, float | None]:
+    """Return the sheet, the number of columns and the room for words beside the axes.
 
-    Words keep their size, so axes shrink, down to `LEAST`; a figure with longer words is wider.
+    They are fitted to the width that the style requests. Words keep their size, so axes shrink,
+    down to `LEAST`; then words are broken, and a figure with longer ones is wider.
     """
     columns = max(1, min(sheet.columns, len(panels)))
     asked = dict(style).get("figure.figsize")
     if asked is None:
-        return sheet, columns
-    fitted = _laid_out(panels, sheet, columns)[1]
-    margins = fitted.left + fitted.right
-    columns = max(1, min(len(panels), int(asked[0] / (margins + LEAST))))
-    return replace(fitted, width=max(margins + LEAST, asked[0] / columns)), columns
+        return sheet, columns, None
+    room = math.inf
+    fitted = _laid_out(panels, sheet, columns, room)[1]
+    least = fitted.left + fitted.right + LEAST
+    if least > asked[0]:
+        room = asked[0] - fitted.left - LEAST - SPARE
+        fitted = _laid_out(panels, sheet, columns, room)[1]
+        least = fitted.left + fitted.right + LEAST
+    columns = max(1, min(len(panels), int(asked[0] / least)))
+    return replace(fitted, width=max(least, asked[0] / columns)), columns, room
 
 
-def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figure, Sheet]:
+def _laid_out(
+    panels: Sequence[Panel], sheet: Sheet, columns: int, room: float | None = None
+) -> tuple[Figure, Sheet]:
     """Return the panels drawn on a sheet whose margins fit every word, and that sheet.
 
     The size of the axes is fixed, so the drawing does not change when the margins grow: words are
-    measured once, after everything is drawn.
+    measured once, after everything is drawn. room: inches for words beside the axes, if the width
+    of the sheet is requested; headings are then broken to that width.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -159,14 +170,17 @@ def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figu
 
     lines = math.ceil(len(panels) / columns)
     figure = Figure(facecolor=PAPER)
+    figure.room = math.inf if room is None else room
     canvas = FigureCanvasAgg(figure)
     for index in range(len(panels)):
         figure.add_axes((0, 0, 1, 1), label=str(index))
     _place(figure, sheet, columns, lines)
     for axes, panel in zip(figure.axes, panels, strict=True):
-        subtitle = _dress(axes, panel, sheet)
+        title, subtitle = _dress(axes, panel, sheet)
         panel.draw(axes)
         _tell_powers(axes, panel, subtitle)
+        if room is not None:
+            _break_headings(title, subtitle, sheet)
     needed = [_margins(axes, canvas.get_renderer()) for axes in figure.axes]
     named = ("left", "right", "top", "bottom")
     most = [max(sides) for sides in zip(*needed, strict=True)]
@@ -223,7 +237,7 @@ def _scales(axes: Axes) -> str:
 
 
 def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> Any:
-    """Draw headings, spines and background of a panel; return its subtitle."""
+    """Draw headings, spines and background of a panel; return its title and its subtitle."""
     axes.set_facecolor("none")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -234,7 +248,7 @@ def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> Any:
     }
     at: dict[str, Any] = {"xy": (0, 1), "fontsize": 9.5, "fontweight": "bold"}
     shift = -0.75 * 72 * sheet.left if sheet.left < 1 else -72 * sheet.left + 4
-    axes.annotate(panel.title, xytext=(shift, 17), **at, **place)
+    title = axes.annotate(panel.title, xytext=(shift, 17), **at, **place)
     small: dict[str, Any] = {"xy": (0, 1), "fontsize": 8, "color": MUTED}
     subtitle = axes.annotate(panel.subtitle, xytext=(shift, 7), **small, **place)
     axes.set_xlabel(panel.xlabel, fontsize=8, color=MUTED, labelpad=1.5)
@@ -243,7 +257,18 @@ def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> Any:
     axes.xaxis.set_label_coords(0.5, -15.5 / tall)
     axes.yaxis.set_label_coords(0, 0.5)
     axes.tick_params(labelsize=7.5, pad=2)
-    return subtitle
+    return title, subtitle
+
+
+def _break_headings(title: Any, subtitle: Any, sheet: Sheet) -> None:
+    """Break the headings of a panel to its width; the title rises by the subtitle's lines."""
+    for text in (title, subtitle):
+        room = sheet.width - sheet.left - text.xyann[0] / 72 - SPARE
+        font = {"fontsize": text.get_fontsize(), "fontweight": text.get_fontweight()}
+        text.set_text(broken(text.figure, text.get_text(), room, **font))
+    lines = subtitle.get_text().count("\n")
+    shift, rise = title.xyann
+    title.xyann = shift, rise + lines * subtitle.get_fontsize() * LINE
 
 
 def _tell_powers(axes: Axes, panel: Panel, subtitle: Any) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any
@@ -10,9 +12,11 @@ from .palette import GRID, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
 Place = tuple[float, float]
+SIZE = 7.6  # of type
 NEAR = 3.0  # points of type from a curve's end within which its leader may touch it
 
 
@@ -25,6 +29,10 @@ def end_labels(
     """
     if not labels:
         return
+    figure: Any = axes.figure
+    room = getattr(figure, "room", math.inf) - indent / 72
+    labels = [(x, y, broken(figure, words, room, fontsize=SIZE), colour)
+              for x, y, words, colour in labels]  # fmt: skip
     height = axes.bbox.height * 72 / axes.figure.dpi
     width = axes.bbox.width * 72 / axes.figure.dpi
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -43,12 +51,33 @@ def end_labels(
         axes.annotate(
             words,
             xy=where,
-            fontsize=7.6,
+            fontsize=SIZE,
             va="center_baseline" if "\n" not in words else "center",
             linespacing=1.05,
             color=WORDS.get(colour, colour),
             **points,
         )
+
+
+def broken(figure: Figure, words: str, room: float, **font: Any) -> str:
+    """Return words in lines of at most so many inches, as far as spaces and colons allow."""
+    if room == math.inf:
+        return words
+    text = figure.text(0, 0, "", **font)
+
+    def fits(line: str) -> bool:
+        text.set_text(line.strip())
+        return bool(text.get_window_extent().width <= room * figure.dpi)
+
+    lines = []
+    for line in words.split("\n"):
+        lines.append("")
+        for part in re.findall(r"[^\s:]*(?::|\s+|$)", line):
+            if lines[-1] and not fits(lines[-1] + part):
+                lines.append("")
+            lines[-1] += part
+    text.remove()
+    return "\n".join(line.strip() for line in lines)
 
 
 def _in_points(axes: Axes, line: Line2D) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from io import BytesIO
 from typing import Any
 
@@ -11,7 +12,12 @@ DOTS = 144  # dots per inch
 
 
 class Figure(figure.Figure):
-    """A matplotlib figure that shows itself in a notebook with any backend."""
+    """A matplotlib figure that shows itself in a notebook with any backend.
+
+    room: inches that a line of words beside its axes may take; longer ones are broken.
+    """
+
+    room = math.inf
 
     def _repr_png_(self) -> bytes:
         """Return the picture as PNG."""
