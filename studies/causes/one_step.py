@@ -27,7 +27,7 @@ from .first_terms import PARTS, SAME, SEEN, Beginning, Told, beginnings, factor,
 from .known_steps import known_step
 from .no_step import of_no_step
 from .second_terms import of_second
-from .unlike_steps import of_unlike_steps
+from .unlike_steps import of_event, of_unlike_steps
 
 WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
@@ -58,6 +58,8 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     try:
         if (floor := evidence_of(case.scheme).order.floor) is not None:
             return _of_floor(case, floor)
+        if (event := of_event(case)) is not None:
+            return event
         starts = list(beginnings(case, order))
     except (BadInput, StepFailure, reference.ReferenceFailure):
         return None

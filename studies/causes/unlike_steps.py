@@ -15,6 +15,8 @@ from discmech.integrators.numbers import Vector
 from discmech.reference import many_motions
 
 from ..core.case import Case
+from ..evidence import evidence_of
+from ..evidence.isolated import UNLIKE
 from ..evidence.rows import velocities
 from .first_terms import Told
 
@@ -25,6 +27,20 @@ LONGEST = STEPS // 3 - 1
 #: change along the motion, where the constant of a method changes by less than a third in a step
 #: (`evidence.rows`); a quartile is that of a sound step also where each second one is another
 CLEARLY, BESIDE = 8, 5
+
+
+def of_event(case: Case) -> dict[str, Any] | None:
+    """Return {"cause", "sentence", "evidence"} of an order that is that of `isolated` steps."""
+    local = evidence_of(case.scheme).order
+    if local.place is None or UNLIKE not in local.component:
+        return None
+    name, time = local.component.partition(" ")[0], float(local.place.t)
+    said = (
+        f"the step at t = {time:.4g} is wrong in {name}, and those before and after it are right: "
+        "look for what is done where something is crossed, or changes its sign; each run has such "
+        "steps, however short they are."
+    )
+    return {"cause": "event", "sentence": said, "evidence": {"time": time}}
 
 
 def of_unlike_steps(case: Case) -> Told | None:

@@ -25,6 +25,7 @@ from discmech.reference import surroundings
 
 from ..core.fitting import orders_between
 from .grid import Floor, Grid, grids_of, units_of
+from .isolated import isolated
 from .order import (
     GUARD,
     NEAR,
@@ -247,14 +248,26 @@ def order_of(
     """
     try:
         if not scheme.rule.runs_at(digits_for(scheme.order or 2)):
-            return of_program(scheme, places, seed)
+            return _lower_in_runs(scheme, of_program(scheme, places, seed))
         local = local_order(scheme, places, seed, along)
-        return local if scheme.rule.is_formula else _lower_in_doubles(scheme, places, seed, local)
+        if scheme.rule.is_formula:
+            return local
+        return _lower_in_runs(scheme, _lower_in_doubles(scheme, places, seed, local))
     except Displaced:
         raise
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
         refused = not isinstance(failure, reference.ReferenceFailure)
         return unknown(" ".join(str(failure).split()), refused)
+
+
+def _lower_in_runs(scheme: Scheme, local: LocalOrder) -> LocalOrder:
+    """Return the order of single steps from places, or that of `isolated` steps, if it is lower."""
+    if local.order is None or (lowest := isolated(scheme)) is None:
+        return local
+    if (lowest.order or 0.0) >= local.order - NEAR:
+        return local
+    return replace(local, order=lowest.order, component=lowest.name, place=lowest.place,
+                   components=(*local.components, lowest))  # fmt: skip
 
 
 def _lower_in_doubles(

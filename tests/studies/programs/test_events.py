@@ -1,0 +1,39 @@
+"""Programs that do something else in the steps in which the motion meets an event."""
+
+import numpy as np
+import pytest
+
+from discmech import black_box
+
+from .judging import judged
+from .methods import kick_drift_kick
+
+
+def eventful(change, order=2):
+    """Return Verlet that changes the momentum in the steps in which it has changed its sign."""
+
+    def step(q, p, h, system):
+        before = p
+        q, p = kick_drift_kick(q, p, h, system)
+        return q, np.where(before * p < 0, change(p, h), p)
+
+    return black_box(order=order, name="eventful")(step)
+
+
+@pytest.mark.parametrize("change", [
+    lambda p, h: 0 * p, lambda p, h: 0.7 * p, lambda p, h: 0.99 * p, lambda p, h: p + h / 1000,
+])  # fmt: skip
+def test_a_step_that_is_wrong_where_it_meets_an_event_has_the_order_of_its_runs(change):
+    """It is right at all short steps from any one place, and wrong in some of each run."""
+    found = judged("order", "pendulum", eventful(change))
+    assert found["verdict"] == "fail" and "unlike those beside it" in found["reason"]
+    assert found["diagnosis"]["cause"] == "event"
+
+
+@pytest.mark.parametrize("change", [
+    lambda p, h: p, lambda p, h: p + h**2 / 10, lambda p, h: p + h**3,
+    lambda p, h: p * (1 + 1e-15),
+])  # fmt: skip
+def test_an_event_of_the_size_that_its_order_may_leave_is_none(change):
+    """So is one that is lost in the rounding of the state."""
+    assert judged("order", "pendulum", eventful(change), causes=False)["verdict"] == "pass"
