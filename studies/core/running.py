@@ -8,6 +8,7 @@ with all that they depend on unchanged, are taken from the store.
 from __future__ import annotations
 
 import shlex
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from threading import Lock
@@ -141,8 +142,12 @@ def run_plan(
             if place not in outcomes:  # a study that needs the machine alone
                 done([place], [measured(studies[place[0]], case, within, store)])
     except KeyboardInterrupt as stop:
+        others = Counter(studies[place[0]].name for place, _ in plan.places()
+                         if place not in outcomes)  # fmt: skip
+        to_come = ", ".join(f"{count} of {name}" for name, count in others.items())
         stop.add_note(
-            f"{len(outcomes)} of {total} cases are judged, {total - len(outcomes)} are not."
+            f"{len(outcomes)} of {total} cases are judged, {total - len(outcomes)} are not: "
+            f"{to_come}."
         )
         raise
     if outcomes and all(result.unusable for result in outcomes.values()):

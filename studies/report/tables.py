@@ -29,11 +29,15 @@ COLOURS = {"pass": "green", "measured": "cyan", "fail": "bold red", "inconclusiv
 _TEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
 _TEX |= {character: "\\" + character for character in "&%$#_{}"}
 _TEX |= {"±": r"$\pm$", "≤": r"$\le$", "≥": r"$\ge$", "—": "---", "·": r"$\cdot$", "√": r"$\surd$"}
+_TEX |= {"−": "$-$"}
 _TEX |= {"|": r"$|$", "‖": r"$\|$", "<": "$<$", ">": "$>$", "–": "--", "×": r"$\times$"}
 _TEX |= {"μ": r"$\mu$", "Γ": r"$\Gamma$", "π": r"$\pi$", "ω": r"$\omega$", "ε": r"$\varepsilon$"}
 _TEX |= {"ξ": r"$\xi$", "α": r"$\alpha$", "β": r"$\beta$", "γ": r"$\gamma$", "θ": r"$\theta$"}
 _LEVELS = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|([₀₁₂₃₄₅₆₇₈₉]+)")
 _FLAT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
+#: a letter with an exponent, and a letter with its value
+_POWER = re.compile(r"(?<![\w\\$}])([A-Za-z])(?=\$\^)")
+_VALUE = re.compile(r"(?<![\w\\$}])([A-Za-z] = \d[\d.]*)(?![\w$])")
 _SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 
 
@@ -159,19 +163,24 @@ def csv_of(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
 
 
 def tex(text: str) -> str:
-    """The words for LaTeX: special characters escaped, indices and Greek as mathematics."""
+    """The words for LaTeX: special characters escaped; indices, Greek, symbols as mathematics."""
 
     def level(match: re.Match[str]) -> str:
         return f"${'^' if match[1] else '_'}{{{match[0].translate(_FLAT)}}}$"
 
     text = "".join(_TEX.get(character, character) for character in text)
-    return _SEAM.sub("", _LEVELS.sub(level, text))
+    text = _LEVELS.sub(level, text)
+    for symbol in (_POWER, _VALUE):
+        text = symbol.sub(r"$\1$", text)
+    return _SEAM.sub("", text)
 
 
-def cases_tex(result: StudyResult) -> str:
-    """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
-    shown = filled(columns(result.study), result.cases)
-    lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in result.cases]
+def cases_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> str:
+    """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble. labels: {rule: text}."""
+    shown, named = filled(columns(result.study), result.cases), labels or {}
+    texts = [[(head, text(case)) for head, text in shown] for case in result.cases]
+    lines = [" & ".join(tex(named.get(words, words) if head == "Rule" else words)
+                        for head, words in line) + r" \\" for line in texts]  # fmt: skip
     heads = " & ".join(tex(head) for head, _ in shown) + r" \\"
     body = [rf"\begin{{tabular}}{{{'l' * len(shown)}}}", r"\toprule", heads, r"\midrule"]
     return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
@@ -226,7 +235,7 @@ def write_tables(
         f"{study}.csv": cases_csv(result),
         f"{study}-rows.csv": rows_csv(result),
         f"{study}.json": f"{text}\n",
-        f"{study}.tex": cases_tex(result),
+        f"{study}.tex": cases_tex(result, labels),
         f"{study}-paper.tex": paper_tex(result, labels),
     }
     folder.mkdir(parents=True, exist_ok=True)

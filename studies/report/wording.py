@@ -86,14 +86,14 @@ def plus_minus(value: Any, interval: Any) -> str:
         return NONE
     low, high = _ends(interval)
     if low is None or high is None:
-        return f"{figure:.3f}"
+        return _fixed(figure, 3)
     half = max(high - figure, figure - low, 0.0)
     if abs(figure) < 1e-3 and half < 1e-3:
         return _small(figure, half)
     decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
     unit = 10.0**-decimals
     half = max(math.ceil(half / unit - 1e-9), 1) * unit
-    return f"{figure:.{decimals}f} ± {half:.{decimals}f}"
+    return f"{_fixed(figure, decimals)} ± {half:.{decimals}f}"
 
 
 def _small(value: float, half: float) -> str:
@@ -104,10 +104,13 @@ def _small(value: float, half: float) -> str:
     a, b = value / 10.0**exponent, half / 10.0**exponent
     decimals = min(4, max(1, -math.floor(math.log10(b)))) if b < 1 else 1
     b = max(math.ceil(b * 10**decimals - 1e-9), 1) / 10**decimals
-    shown = f"{a:.{decimals}f}".replace("-", "−")
-    if not shown.strip("−0."):
-        shown = shown.strip("−")
-    return f"({shown} ± {b:.{decimals}f})×10{superscript(exponent)}"
+    return f"({_fixed(a, decimals)} ± {b:.{decimals}f})×10{superscript(exponent)}"
+
+
+def _fixed(value: float, decimals: int) -> str:
+    """Return a number with so many decimals; what rounds to zero has no sign."""
+    shown = f"{value:.{decimals}f}".replace("-", "−")
+    return shown if shown.strip("−0.") else shown.strip("−")
 
 
 def _ends(interval: Any) -> tuple[float | None, float | None]:
@@ -130,17 +133,19 @@ def why(case: AnyResult) -> str:
 def whys(cases: Sequence[AnyResult]) -> list[str]:
     """Return `why` for each case; a cause or reason given before is only referred to.
 
-    Causes that differ only in their figures count as one.
+    Causes that differ only in their figures count as one. A case of another study is named with it.
     """
-    reasons, told = list[str](), dict[str, str]()
+    reasons, told = list[str](), dict[str, AnyResult]()
     for case in cases:
         words = why(case)
         figure, mark, cause = words.partition(" Cause: ")
         key = without_figures(cause) if mark else words
         if words and key in told:
-            words = f"{figure} Cause: as of {told[key]}." if mark else f"As {told[key]}."
+            first = told[key]
+            name = first.name + ("" if first.study == case.study else f", in {first.study}")
+            words = f"{figure} Cause: as of {name}." if mark else f"As {name}."
         elif words:
-            told[key] = case.name
+            told[key] = case
         reasons.append(words)
     return reasons
 

@@ -187,7 +187,12 @@ def _missed(
     picture = _picture(result, pictures)
     said = [f"{study.name}: {result.verdict}: {result.reason}", _table(result)]
     if small and (small.scene, small.steps) != (case.scene.name, case.steps):
-        said += [f"the smallest that fails: scene {shown(small.scene)}, steps={small.steps}"]
+        steps = f", steps={small.steps}" if small.steps else ""
+        said += [f"the smallest that fails: scene {shown(small.scene)}{steps}"]
+    elif tried:
+        said += ["the smallest that fails: this one, as far as others were tried"]
+    if tried and not result.diagnosis:
+        said += ["the cause: none that discmech knows explains it"]
     said = [_relative(line, beside) for line in said]
     said += [f"picture: {picture}"] if picture else []
     return Missed("\n".join([*said, _next_step(result)]), result.to_json(), picture)

@@ -113,6 +113,8 @@ def test_small_numbers(value: Any, text: str) -> None:
 def test_words_for_latex() -> None:
     assert tables.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ 3.1$\times$10$^{-16}$, $|\Gamma|^{2}$"
     assert tables.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
+    assert tables.tex("0.24 h⁴ at t = 20") == r"0.24 $h^{4}$ at $t = 20$"
+    assert tables.tex("3×10⁻³ h⁴") == r"3$\times$10$^{-3}$ $h^{4}$"
 
 
 @pytest.mark.parametrize(("verdicts", "controls", "text"), [
@@ -197,14 +199,16 @@ def test_equations_of_a_scheme_are_typeset() -> None:
 
 
 def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
-    def case(scene: str, reason: str) -> AnyResult:
-        return result_of("order", {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
+    def case(scene: str, reason: str, study: str = "order") -> AnyResult:
+        return result_of(study, {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
 
     said = whys([case("a", "order 1.1. Cause: gauge, of 2e-4."), case("b", "1/0"),
                  case("c", "order 1.2. Cause: gauge, of 3e-5."), case("d", "1/0"),
-                 case("e", "order 1.3. Cause: weights, of 3."), case("f", "")])  # fmt: skip
+                 case("e", "order 1.3. Cause: weights, of 3."), case("f", ""),
+                 case("a", "It drifts. Cause: gauge, of 1e-4.", "energy")])  # fmt: skip
     assert said[2:] == ["order 1.2. Cause: as of a, r, 16 digits.", "As b, r, 16 digits.",
-                        "order 1.3. Cause: weights, of 3.", ""]  # fmt: skip
+                        "order 1.3. Cause: weights, of 3.", "",
+                        "It drifts. Cause: as of a, r, 16 digits, in order."]  # fmt: skip
 
 
 @pytest.mark.parametrize(("why", "words"), [
