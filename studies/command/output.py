@@ -82,6 +82,7 @@ def write_run(folder: str, data: Mapping[str, Any], run: Any) -> None:
     """Write run.json, run.csv, whose columns `recorded` reads, and the figures that it has."""
     import numpy as np
 
+    from ..report.canvas import files_of
     from ..report.publish import published
     from ..report.tables import csv_of
     from ..user.drawing import KINDS, plot
@@ -99,8 +100,8 @@ def write_run(folder: str, data: Mapping[str, Any], run: Any) -> None:
                 figure = plot(run, kind)
             except BadInput:  # a run of this kind has no such figure
                 continue
-            for ending in ("svg", "pdf", "png"):
-                figure.savefig(new / f"{kind}.{ending}")
+            for ending, written in files_of(figure).items():
+                (new / f"{kind}.{ending}").write_bytes(written)
 
 
 def write(file: str, text: str) -> None:

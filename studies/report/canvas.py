@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
@@ -96,11 +97,16 @@ def round_off(digits: int) -> float:
     return 2.0**-53 if digits <= 16 else 10.0 ** (1 - digits) / 2
 
 
-def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figure:
-    """Return the panels as a matplotlib figure with a canvas, to be changed or saved."""
+def our_style(style: Style = ()) -> AbstractContextManager[None]:
+    """Return a context in which matplotlib draws in our style, or with these entries instead."""
     import matplotlib
 
-    with matplotlib.rc_context(_RC | dict(style)):
+    return matplotlib.rc_context(_RC | dict(style))
+
+
+def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figure:
+    """Return the panels as a matplotlib figure with a canvas, to be changed or saved."""
+    with our_style(style):
         return _laid_out(panels, *_sized(panels, sheet, style))[0]
 
 
@@ -112,26 +118,36 @@ def render(
     style: entries of matplotlib's rcParams that replace ours; only the width of figure.figsize is
     used, as that of a paper's column.
     """
-    import matplotlib
-
-    with matplotlib.rc_context(_RC | dict(style)):
+    with our_style(style):
         sheet, columns, room = _sized(panels, sheet, style)
         figure, fitted = _laid_out(panels, sheet, columns, room)
         scales = [_scales(axes) for axes in figure.axes]
-        svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
-        about = {"Date": None, "Creator": "discmech"}
-        figure.savefig(svg, format="svg", metadata=about)
-        figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": "discmech"})
-        quick = {"compress_level": 4}  # costs 1 % of the size
-        figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
+        svg, pdf, png = _files_of(figure)
     width, height = 72 * fitted.width, 72 * fitted.height
     cells = [
         (width * (k % columns), height * (k // columns), width, height) for k in range(len(panels))
     ]
     spoken = [panel.spoken for panel in panels]
-    inline = inline_panels(svg.getvalue(), cells, spoken, scales, definitions)
-    elsewhere = svg.getvalue().replace(*_FAMILIES)
-    return Drawing(elsewhere, pdf.getvalue(), png.getvalue(), inline, fitted.width, columns)
+    inline = inline_panels(svg, cells, spoken, scales, definitions)
+    return Drawing(svg.replace(*_FAMILIES), pdf, png, inline, fitted.width, columns)
+
+
+def files_of(figure: Figure) -> dict[str, bytes]:
+    """Return a figure in our style as the files of a study's figure, by their endings."""
+    with our_style():
+        svg, pdf, png = _files_of(figure)
+    return {"svg": svg.replace(*_FAMILIES), "pdf": pdf, "png": png}
+
+
+def _files_of(figure: Figure) -> tuple[bytes, bytes, bytes]:
+    """Return the figure as SVG, PDF and PNG, without dates."""
+    svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
+    about = {"Creator": "discmech"}
+    figure.savefig(svg, format="svg", metadata=about | {"Date": None})
+    figure.savefig(pdf, format="pdf", metadata=about | {"CreationDate": None})
+    quick = {"compress_level": 4}  # costs 1 % of the size
+    figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
+    return svg.getvalue(), pdf.getvalue(), png.getvalue()
 
 
 def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int, float | None]:

@@ -290,7 +290,7 @@ def _is_file(name: Any) -> bool:
 def _sheet() -> Any:
     from ..report.canvas import Sheet
 
-    return Sheet(width=2.9, right=0.2)
+    return Sheet(width=3.2, right=0.2)  # as wide as the figures of studies
 
 
 def _against(

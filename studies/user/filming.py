@@ -47,16 +47,7 @@ def film(
     Raises `BadInput` for anything else than a run, if bodies is missing and x is no place, and for
     bodies that do not return such points.
     """
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.figure import Figure
-
-    class Film(FuncAnimation):
-        """The animation, with its display in a notebook."""
-
-        def _repr_html_(self) -> str:
-            return str(self.to_jshtml(default_mode="loop"))
-
-    from ..report.palette import CYCLE, MUTED
+    from ..report.canvas import our_style
     from .drawing import subject_of
 
     if (subject := subject_of(run)) is None:
@@ -68,7 +59,26 @@ def film(
         raise BadInput(f"seconds is {shown(seconds)}: give the film's length, such as 6.")
     if bodies is not None and not callable(bodies):
         raise BadInput(f"bodies is {shown(bodies)}: give a function of x, such as {EXAMPLE}.")
-    scene, rule = subject
+    with our_style():
+        return _film(run, *subject, bodies, seconds, trail)
+
+
+def _film(
+    run: Any, scene: Any, rule: Any, bodies: Callable[..., Any] | None, seconds: float,
+    trail: bool | None,
+) -> FuncAnimation:  # fmt: skip
+    """Return `film` of the run of a scene or lattice by a rule, in matplotlib's style."""
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
+
+    class Film(FuncAnimation):
+        """The animation, with its display in a notebook."""
+
+        def _repr_html_(self) -> str:
+            return str(self.to_jshtml(default_mode="loop"))
+
+    from ..report.palette import CYCLE, MUTED, PAPER
+
     lattice = np.ndim(run.x) == 3
     shape = bodies or (_of_lattice if lattice else _usual)(scene, run.x.shape[-1])
     x = np.asarray(run.x, dtype=float)
@@ -79,10 +89,11 @@ def film(
     if not np.isfinite(every).all() or len({points.shape[1] for f in frames for points in f}) > 1:
         raise BadInput("bodies gives numbers that are not finite, or points of 2 and of 3 numbers.")
     size = every.shape[1]
-    figure = Figure(figsize=(INCHES, INCHES))
+    figure = Figure(figsize=(INCHES, INCHES), facecolor=PAPER)
     axes: Any = figure.add_subplot(projection="3d" if size == 3 else None)
     if size == 2:  # room for the names of the axes
         figure.subplots_adjust(left=0.17, right=0.97, bottom=0.14, top=0.87)
+        axes.spines[["top", "right"]].set_visible(False)
     low, high = every.min(axis=0), every.max(axis=0)
     names = _names(x.shape[1:], lattice, bodies is not None, size)
     half = np.maximum(high - low, 1e-12) * 0.55
@@ -92,7 +103,7 @@ def film(
     for k, (name, middle) in enumerate(zip("xyz", (low + high) / 2, strict=False)):
         getattr(axes, f"set_{name}lim")(middle - half[k], middle + half[k])
         getattr(axes, f"set_{name}label")(names[k], fontsize=8, color=MUTED)
-    axes.tick_params(labelsize=7, colors=MUTED)
+    axes.tick_params(labelsize=7.5)
     axes.locator_params(nbins=5)
     # bodies of one colour differ in their marks; a lattice's bonds are one body
     looks = [(colour, mark) for mark in MARKS for colour in CYCLE]
@@ -105,7 +116,7 @@ def film(
     follows = (not lattice if trail is None else trail) and len(own) <= MOST_TRAILS
     trails = [axes.plot(*points[-1:].T, "-", color=colour, lw=0.8, alpha=0.5, zorder=1)[0]
               for points, colour in zip(frames[0], own, strict=True) if follows]  # fmt: skip
-    title = axes.set_title("", fontsize=9)
+    title = axes.set_title("", fontsize=9, loc="left")
     fine = np.unique(np.linspace(0, len(run.t) - 1, BETWEEN * MOST_FRAMES).astype(int))
     path = [[row[-1] for row in _polylines(shape, x[k])] for k in fine if trails]
 
@@ -121,6 +132,7 @@ def film(
         title.set_text(f"{name}, by {rule.name}\nt = {float(run.t[rows[frame]]):.3g}")
         return [*lines, *trails, title]
 
+    figure.draw_without_rendering()  # ticks are made at first drawing, in the style of then
     pause = 1000 * seconds / len(rows)
     return Film(figure, draw, frames=len(rows), interval=pause)
 

@@ -132,6 +132,9 @@ def test_a_run_is_written_into_a_folder_with_rows_that_can_be_read_again(ask, tm
         assert ask("run", *asked)[0] == 0
     names = {path.name for path in folder.glob("[!.]*")}
     assert {"run.json", "run.csv", "phase.pdf", "energy.svg", "time.png"} <= names
+    head = (folder / "time.png").read_bytes()[16:24]  # of as many dots as a study's figure
+    assert int.from_bytes(head[:4], "big") == 640 and int.from_bytes(head[4:], "big") == 490
+    assert b">x" in (folder / "time.svg").read_bytes()  # text stays text
     found = strict((folder / "run.json").read_text("utf-8"))
     again = recorded(str(folder / "run.csv"), scene="pendulum")
     assert again.begins_at(scenes.get("pendulum")) and len(found["t"]) == 81

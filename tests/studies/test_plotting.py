@@ -317,7 +317,7 @@ def test_bodies_move_in_a_film(name, bodies, size, lines):
     # by a row of the run each, and not by the frames alone, which are fewer
     assert len(trail.get_xdata()) == 1 + np.linspace(0, 200, 120).astype(int)[7]
     assert trail.get_xdata()[-1] == row.get_xdata()[-1]
-    assert f"{scene.title}, by midpoint" in axes.get_title()
+    assert f"{scene.title}, by midpoint" in axes.get_title("left")
 
 
 def drawn(shown, frame):
