@@ -14,7 +14,7 @@ from ..report.grouping import by_scene, figures_by_precision
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
-from ..report.wording import plus_minus, raised, scientific
+from ..report.wording import order_of, plus_minus, raised, scientific
 from . import plot_varied
 from .records import Expected, Measured, Row, constant, to_time
 
@@ -56,7 +56,7 @@ def _wanted(case: Case) -> str:
 
 
 def _short(case: Case) -> str:
-    return NONE if case.measured.order is None else f"{case.measured.order:.4f}"
+    return NONE if case.measured.order is None else order_of(case.measured.order)
 
 
 def _multipliers(case: Case) -> str:

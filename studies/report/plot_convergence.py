@@ -13,6 +13,7 @@ from .alike import Share, shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note
 from .labels import end_labels
 from .palette import MUTED, PAPER, Mark
+from .wording import order_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +55,9 @@ class Line:
     @property
     def label(self) -> str:
         """The words at the end of the line."""
-        words = self.case.method + (f"  {self.order:.3f}" if self.order is not None else "")
+        words = self.case.method + (
+            f"  {order_of(self.order, 3)}" if self.order is not None else ""
+        )
         return words if self.case.passed else f"{words}\n({self.case.verdict})"
 
 

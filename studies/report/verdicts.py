@@ -12,7 +12,7 @@ from ..core.result import NONE, AnyResult, Result, StudyResult
 from ..core.study import view_of
 from .advising import times
 from .tables import COLOURS, got, rich_table, short, wanted
-from .wording import duration, scientific, whys
+from .wording import duration, order_of, scientific, whys
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -23,7 +23,7 @@ KNOWN = "its steps are those of {} (order {} by design)"
 Cell = list[tuple[str, str, int]]
 #: quantities that `compare` shows side by side: heading and format
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
-    "order": ("Order", "{:.4f}".format),
+    "order": ("Order", order_of),
     "error": ("Error", scientific),
     "defect": ("Form defect", scientific),
     "drift": ("Momentum drift", scientific),

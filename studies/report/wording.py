@@ -107,6 +107,12 @@ def _small(value: float, half: float) -> str:
     return f"({_fixed(a, decimals)} ± {b:.{decimals}f})×10{superscript(exponent)}"
 
 
+def order_of(value: float, decimals: int = 4) -> str:
+    """Return an order; one that is 0 to three decimals is 0.000 in every table, figure and text."""
+    rounded = _fixed(value, 3)
+    return rounded if rounded == "0.000" else _fixed(value, decimals)
+
+
 def _fixed(value: float, decimals: int) -> str:
     """Return a number with so many decimals; what rounds to zero has no sign."""
     shown = f"{value:.{decimals}f}".replace("-", "−")

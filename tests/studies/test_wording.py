@@ -117,6 +117,12 @@ def test_words_for_latex() -> None:
     assert tables.tex("3×10⁻³ h⁴") == r"3$\times$10$^{-3}$ $h^{4}$"
 
 
+def test_an_order_that_is_none_has_no_sign_and_one_text() -> None:
+    assert wording.order_of(-1.2e-4) == wording.order_of(-1.2e-4, 3) == "0.000"
+    assert (wording.order_of(1.99996), wording.order_of(-1.5, 3)) == ("2.0000", "−1.500")
+    assert wording.plus_minus(-1e-9, [-0.01, 0.01]) == "0.000 ± 0.011"
+
+
 @pytest.mark.parametrize(("verdicts", "controls", "text"), [
     (["pass"], [], "The only case passes."),
     (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
