@@ -25,17 +25,18 @@ scene = Scene(
     parameters={"inertia": [2, "5/2", 3], "weight": "1/50", "center": ["2/3", "1/3", "2/3"]},
     discrete_lagrangian=on_group(top),
     x0=["2/7", "3/7", "6/7"],
-    v0=["0.3", "0.2", "0.4"],
+    mu0=["0.6", "0.5", "1.2"],
+    step="0.3",
     symmetries=[Conserved("μ·Γ", lambda x, mu, p: mu.dot(x))],
 )
 
 
 def main() -> dict[str, Any]:
-    """Half-turns a step, with the translates in use; then steps of every size."""
+    """Half-turns a step, with the translates in use; then the form of steps from its momentum."""
     half_turn = [[-1, 0, 0], [0, 1, 0], [0, 0, -1]]
     run = Scheme(scene, rectangle).flow(1, on_edge="bisect").trajectory(10, element0=half_turn)
     print("translates:", *run.translates, " least margin:", round(run.margin, 3))
-    return check("charts", scenes=[scene], steps=20)
+    return check("symplecticity", scenes=[scene], steps=200)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import pytest
 import sympy
 from sympy import Rational
 
+from discmech import check
 from discmech.integrators import BadInput, Scheme, midpoint, scenes, trapezoidal
 from discmech.integrators.numbers import evaluate_matrix
 from discmech.integrators.retractions import Retraction
@@ -172,9 +173,10 @@ def test_against_scipy():
 
 @pytest.mark.slow
 def test_heavy_top_on_group():
-    found = example("heavy_top_on_group").main()
-    assert found["verdict"] == "pass"
-    (case,) = found["cases"]
+    top = example("heavy_top_on_group")
+    assert top.main()["verdict"] == "pass"
+    (case,) = check("charts", scenes=[top.scene], steps=20)["cases"]
+    assert case["verdict"] == "pass"
     assert len(case["measured"]["translates"]) == 4 and case["measured"]["momentum"] < 1e-13
     stopped = [row for row in case["rows"] if row["outcome"] == "stopped"]
     assert stopped and all(row["solutions"] == 0 for row in stopped)
