@@ -52,7 +52,7 @@ def of_unlike_steps(case: Case) -> Told | None:
         x, mu, v = (np.asarray(e, dtype=float) for e in (run.x, run.mu, velocities(scheme, run)))
         h, scale = float(flow.step), np.abs(np.hstack([x, mu])).max(axis=0)
         spans, by = np.full(STEPS, h), np.ones(x.shape[1] + v.shape[1])
-        ends = many_motions(case.scene).after(x[:-1], v[:-1], h * np.arange(STEPS), spans, by)
+        ends = many_motions(scheme.scene).after(x[:-1], v[:-1], h * np.arange(STEPS), spans, by)
     except (DiscmechError, reference.ReferenceFailure):
         return None
     gaps = np.abs(np.hstack([x, mu])[1:] - np.hstack([ends.x, ends.mu])) / np.where(scale, scale, 1)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from discmech import Scene, black_box, pair, scenes
 from discmech.studies import check
 from discmech.studies.causes.one_step import of_step
+from discmech.studies.causes.unlike_steps import of_unlike_steps
 from discmech.studies.core.case import Case, scheme_of
 from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.laws import WAY_BACK
@@ -31,6 +32,11 @@ PROGRAMS = runpy.run_path(str(ROOT / "docs/attacks/attitudes.py"))
 def test_sound_programs_are_of_order_two(name):
     found = evidence_of(scheme_of(BODY, PROGRAMS[name])).order
     assert not found.unknown and found.order > 2 - NEAR
+
+
+def test_steps_of_a_body_with_its_attitude_are_compared_with_its_motion():
+    case = Case("symplecticity", BODY, PROGRAMS["matrix"], 16, 16)
+    assert case.scheme.scene.groupoid.dim_x == 9 and of_unlike_steps(case) is None
 
 
 @pytest.mark.parametrize(
