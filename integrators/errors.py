@@ -89,11 +89,39 @@ def misplaced(name: str, kind: str, wanted: str) -> BadInput:
 LISTED = 240  # letters of three lines of a terminal: a longer list does not fit into a sentence
 
 
+#: studies that test the bench itself: they are among the tests, which are not installed
+OF_THE_BENCH = ("charts", "power", "references", "savings")
+
+
+#: names in the field, and the name here of the rule that makes those steps
+CALLED_HERE = {
+    "symplectic-euler": "rectangle", "semi-implicit-euler": "rectangle",
+    "leapfrog": "trapezoidal", "verlet": "trapezoidal", "velocity-verlet": "trapezoidal",
+    "strang": "trapezoidal", "euler": "explicit-euler", "forward-euler": "explicit-euler",
+    "rk2": "heun", "rk4": "runge-kutta-4", "gauss-legendre": "gauss-2", "gl4": "gauss-2",
+    "gl6": "gauss-3", "avf": "average-vector-field",
+    "yoshida": "triple-jump:trapezoidal", "yoshida-4": "triple-jump:trapezoidal",
+    "forest-ruth": "triple-jump:trapezoidal",
+}  # fmt: skip
+#: methods of the field that are no rule here
+NOT_HERE = {
+    "implicit-euler": "Z - z - h*s.f(Z)", "backward-euler": "Z - z - h*s.f(Z)",
+    "crank-nicolson": "Z - z - h*(s.f(z) + s.f(Z))/2",
+}  # fmt: skip
+
+
 def unknown(kind: str, name: object, known: Iterable[str]) -> BadInput:
-    """Return the error for an unknown name: with the nearest, or all if few."""
+    """Return the error for an unknown name: with what it means here, the nearest, or all if few."""
     names = list(known)
     listed = ", ".join(names)
-    if near := nearest(name, names):
+    usual = re.sub(r"[\s_–-]+", "-", _word(name).lower())
+    if kind == "rule" and usual in CALLED_HERE:
+        hint = f"it is called {CALLED_HERE[usual]} here."
+    elif kind == "rule" and usual in NOT_HERE:
+        hint = f"in a file it returns {NOT_HERE[usual]} under @one_step(implicit=True)."
+    elif kind in ("study", "command") and _word(name) in OF_THE_BENCH:
+        hint = f"it tests the bench itself: say discmech {name} in a checkout of the repository."
+    elif near := nearest(name, names):
         hint = f"did you mean {near}?"
     elif len(listed) <= LISTED:
         hint = f"there are {listed}."

@@ -11,9 +11,20 @@ import pytest
 from discmech import studies
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
+from discmech.integrators.errors import CALLED_HERE, OF_THE_BENCH, unknown
 from discmech.integrators.numbers import Double, Multiple
 from discmech.integrators.runs import Stepper
+from discmech.studies.core.study import OF_THE_BENCH as OF_BENCH
 from tests.imports import FOLDERS, ROOT, SOURCES, module_of
+
+
+def test_names_that_lead_elsewhere_lead_to_something():
+    assert {*OF_THE_BENCH} == {e.parent.name for e in OF_BENCH.glob("*/__init__.py")}
+    for name in OF_THE_BENCH:  # as after `pip install`, where none of them is there
+        assert f"say discmech {name} in a checkout" in str(unknown("study", name, ["order"]))
+    for usual, ours in CALLED_HERE.items():
+        discretisations.get(ours)
+        assert ours in str(unknown("rule", usual, ["order"]))
 
 
 @pytest.mark.parametrize("name", [f"discmech.{folder}" for folder in FOLDERS])

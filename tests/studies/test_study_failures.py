@@ -134,6 +134,7 @@ def test_progress_goes_from_nothing_to_all(monkeypatch):
 
 @pytest.mark.parametrize(("ask", "message"), [
     (lambda: get("ordr"), "there is no study"),
+    (lambda: check("power"), "say discmech power in a checkout"),
     (lambda: get(np.zeros(3)), "there is no study"),
     (lambda: check("order", ["pendulm"]), "did you mean pendulum"),
     (lambda: check("order", ["pendulum"], ["midpont"]), "did you mean midpoint"),
