@@ -58,6 +58,7 @@ class Scene(System):
     table, a network), for scenes that only black boxes run on; with mu0.
     hamiltonian(x, mu, p) or hamiltonian(x, mu, p, t) instead: the energy as a function of x (n×1)
     and of the momentum mu (m×1, natural basis), with mu0: ẋ = ρ̂ ∂H/∂μ, μ̇ = −ρ̂ᵀ ∂H/∂x + ad* … .
+    The arguments may have other names, as in (q, p, par).
     If v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is derived from it, and rules run
     on it; otherwise one-step maps and black boxes run.
     one_form(x, p) → ϑ, a list as long as x, with hamiltonian(x, p), on pair(n) with n even: the
@@ -119,6 +120,10 @@ class Scene(System):
                 "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
             )
         self.check_features()
+        of_energy = ("(x, p)",) if self.one_form else ("(x, mu, p)", "(x, mu, p, t)")
+        if self.hamiltonian is not None:
+            check_function(self.hamiltonian, f"{self.name}: hamiltonian=", *of_energy)
+        self.check_functions()
         if self.one_form is not None:
             if self.hamiltonian is None:
                 raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, of (x, p).")
@@ -135,10 +140,6 @@ class Scene(System):
             raise BadInput(
                 f"{self.name}: give either lagrangian= or discrete_lagrangian=, or hamiltonian=."
             )
-        of_energy = ("(x, p)",) if self.one_form else ("(x, mu, p)", "(x, mu, p, t)")
-        if self.hamiltonian is not None:
-            check_function(self.hamiltonian, f"{self.name}: hamiltonian=", *of_energy)
-        self.check_functions()
         if not all(isinstance(e, Constraint) for e in entries_of(self.constraints)):
             raise BadInput(
                 f"{self.name}: constraints= is {shown(self.constraints)}, but is a list of "

@@ -497,6 +497,9 @@ def test_names_of_ones_own_are_taken():
         (lambda x, p, scale=2: 0, "(x, p)", "(x, p, t)"), (lambda *p: 0, "(x, v, p)"),
     ):  # fmt: skip
         check_function(function, "it", *wanted)
+    own = Scene("own", pair(1), hamiltonian=lambda q, p, c: p[0] ** 2 / c.m, mu0=[3], x0=[1],
+                parameters={"m": 4})  # fmt: skip
+    assert Scheme(own, midpoint).flow(1).trajectory(2).x[-1] == pytest.approx(4)
 
 
 def nested(x, times):
