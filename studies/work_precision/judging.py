@@ -20,9 +20,11 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 def _of_runs(measurement: Measurement) -> Verdict:
     """Judge that the errors of a method sink until rounding or the budget ends them.
 
-    Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Time
-    is never judged: if the budget left fewer than `FEWEST` runs, and none of them is as accurate,
-    the verdict is open; two runs whose errors sink may converge to any limit. A method that makes
+    Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Not
+    so where the budget ended the ladder before one is the share of sinking errors of 1, which is
+    the error of a state at rest: no step may be short enough for errors to sink. Time is never
+    judged: if the budget left fewer than `FEWEST` runs, and none of them is as accurate, the
+    verdict is open; two runs whose errors sink may converge to any limit. A method that makes
     no step at any setting fails, as in every other study.
     """
     metric = "error" if measurement["periods"] is None else "energy-max"
@@ -41,6 +43,12 @@ def _of_runs(measurement: Measurement) -> Verdict:
     if len(errors) < FEWEST:
         reason = (
             f"the budget left too few runs ({len(errors)}, the best with an error of {best:.2g}): "
+            "--budget gives more."
+        )
+        return Verdict("inconclusive", reason, expected)
+    if best > share and measurement.measured["cut"]:
+        reason = (
+            f"no run within the budget resolves the motion, the best has an error of {best:.2g}: "
             "--budget gives more."
         )
         return Verdict("inconclusive", reason, expected)

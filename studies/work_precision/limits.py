@@ -14,6 +14,7 @@ LIMITS = {
     ),
     "sinking": Limit(
         0.7, "share of the best earlier error that one of the last two runs has to reach",
-        "set: half a step of a method of order 1 leaves 0.5; it errs towards a fail",
+        "set: half a step of a method of order 1 leaves 0.5; it errs towards a fail. Errors that "
+        "never come below it, of the size 1 of the motion, leave the verdict open",
     ),
 }  # fmt: skip

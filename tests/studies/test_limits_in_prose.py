@@ -52,7 +52,9 @@ SAID = {
         "of 2 − {slack} where", "The {slack} is for", "by {falls} at least",
         "it must be {falls} times less",
     ],
-    "studies/work-precision.md": ["sink to {stalled}, or to {floors} times the floor"],
+    "studies/work-precision.md": [
+        "sink to {stalled}, or to {floors} times the floor", "none is below {sinking} when",
+    ],
     "studies/stability.md": ["= {resolved}, where", "right to {exchange} at"],
     "studies/charts.md": [
         "Residual ≤ {solved}, defects ≤ {forms}", "operator ≤ {solved}",
@@ -87,7 +89,7 @@ SAID = {
 IN_NO_PROSE = {
     "charts: stopped", "contact: excess", "contact: form", "energy: balance", "energy: elsewhere",
     "energy: straight", "energy: whole", "optimality: grows", "order: unresolved",
-    "symplecticity: made again", "work-precision: sinking",
+    "symplecticity: made again",
     *(f"order: {name}" for name in OF_ORDER),
 }  # fmt: skip
 
