@@ -138,11 +138,11 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
 
 
 def of_proof(rule: Discretisation, *words: str) -> str:
-    """Return the digest of what is proven of a rule of the bench, of whatever coefficients.
+    """Return the digest of what is proven of a rule, of whatever coefficients.
 
-    words: what was asked beside the order.
+    words: what was asked beside the order. Raises `Opaque` if some part of it hides its contents.
     """
-    return of_everything("prove", *words, *_facts(rule), reads(rule))
+    return of_everything("prove", *words, *of_rule(rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:

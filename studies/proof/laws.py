@@ -124,12 +124,13 @@ BY_TREES = (
 
 def laws_of(
     laws: Iterable[str], rule: Discretisation, classes: Sequence[SceneClass], order: int,
-    answer: Callable[[SceneClass, Law, int, bool], Answer], no_step: Mapping[str, str],
+    answer: Callable[[str, SceneClass, Law, int, bool], Answer], no_step: Mapping[str, str],
 ) -> dict[str, dict[str, Answer]]:  # fmt: skip
     """Return {law: {class: answer}}.
 
-    order: of the rule. answer: of a class, a law, the last power that is to be looked at, and
-    whether the law has failed on no class before. no_step: class ↦ why a rule has no step there.
+    order: of the rule. answer: of a law's name, a class, the law, the last power that is to be
+    looked at, and whether the law has failed on no class before. no_step: class ↦ why a rule has
+    no step there.
     """
     answers: dict[str, dict[str, Answer]] = {}
     for name in laws:
@@ -153,7 +154,7 @@ def laws_of(
             powers = [k for k in range(least, most + 1) if e.dear * e.count(k) <= MOST_LETTERS]
             first = not any(a.condition or a.proven is False for a in told.values())
             told[e.name] = (
-                answer(e, law, powers[-1], first) if powers else Answer(None, None, TOO_MANY)
+                answer(name, e, law, powers[-1], first) if powers else Answer(None, None, TOO_MANY)
             )
     return answers
 

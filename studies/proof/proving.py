@@ -12,6 +12,7 @@ import random
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, pair
@@ -20,6 +21,7 @@ from discmech.integrators.extensions.expansions import NoStep, NotConsistent, No
 from discmech.integrators.numbers import BITS, NotRational
 
 from ..core import lookup
+from .budget import Budget, OutOfTime
 from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
 from .conditions import conditions_of, of_law
 from .constants import decimals_in, numbers_for
@@ -30,6 +32,7 @@ from .result import Answer, Result
 from .steps import MOST_STATES, Comparison, Gaps
 
 MOST_ORDER = 12
+NO_TIME = "not looked at within the time that was given"
 DRAWS = 2
 #: degree of a substep's rows in all letters, times the number of its unknowns and of the values
 #: that it names, for which the chance is told
@@ -43,10 +46,17 @@ USUAL = {2: MOST_LETTERS, 4: 130, 6: 120, MOST_ORDER: 60}
 #: what a step and the flow differ by, beside the laws
 ORDER = Law(Comparison.gaps)
 Progress = Callable[[str, float | None], None]
+#: returns the answer to a question, which is named, or makes it now
+Remembered = Callable[[str, Callable[[], Answer]], Answer]
 
 
 def _silent(label: str, share: float | None) -> None:
     """Tell nothing."""
+
+
+def _made(question: str, make: Callable[[], Answer]) -> Answer:
+    """Return an answer that nobody keeps."""
+    return make()
 
 
 @arguments_checked
@@ -57,6 +67,8 @@ def prove(
     groupoid: str | Sequence[str] = (),
     laws: str | Sequence[str] = LAWS,
     progress: Progress = _silent,
+    seconds: float = math.inf,
+    remembered: Remembered = _made,
 ) -> Result:
     """Return what is proven of a rule's order, class by class, for every Lagrangian of the class.
 
@@ -64,7 +76,9 @@ def prove(
     what the rule states on each class; of a rule that states none it is found. groupoid: the kinds
     of classes (`classes.KINDS`), by default all that the rule has a meaning on, as far as they take
     seconds. laws: what is asked beside the order, some of `laws.LAWS`, by default all. progress:
-    called with a label and a share of the work. Raises `BadInput` for a program, an order above 12,
+    called with a label and a share of the work. seconds: of processor time, after which classes are
+    left out, the quickest being asked first (`Result.late`). remembered: keeps the answers of
+    classes, which count no time again. Raises `BadInput` for a program, an order above 12,
     unknown kinds and laws, and a rule that cannot be evaluated.
     """
     base = lookup.rule(rule)
@@ -95,43 +109,61 @@ def prove(
         asked_for = ", ".join(kinds or KINDS)
         raise BadInput(f"{base.name} has no meaning on any class of the kinds {asked_for}.")
     draw = random.SystemRandom()
-    every = _with_degrees(every, asked, stated or 1, draw)
-    if stated is None:
-        progress("finding the order", None)
-        stated = _found(every[0], asked, draw)
+    budget = Budget(seconds)
+    try:
+        with budget:
+            every = _with_degrees(every, asked, stated or 1, draw)
+            if stated is None:
+                progress("finding the order", None)
+                stated = _found(every[0], asked, draw)
+    except OutOfTime:
+        return Result(base.name, stated, {}, late=[e.name for e in every])
     most = MOST_LETTERS if kinds else _usual(stated)
     chosen = [e for e in every if e.dear * e.count(stated + 1) <= most] or every[:1]
     if chosen[0].count(stated + 1) > MOST_LETTERS:
         raise BadInput(f"{chosen[0].name} has too many coefficients at order {stated}: ask less.")
-    answers, notes = dict[str, Answer](), list[str]()
-    for i, e in enumerate(chosen):
+    answers, notes, late = dict[str, Answer](), list[str](), list[str]()
+    wanted = order if order is not None or base.order is not None else stated
+    quickest = sorted(chosen, key=lambda e: e.dear * e.count(stated + 1))
+    for i, e in enumerate(quickest):
         progress(e.name, i / len(chosen))
-        wanted = order if order is not None or base.order is not None else stated
         try:
-            answers[e.name] = _answer(e, asked, wanted, stated, draw)
+            with budget:
+                make = partial(_answer, e, asked, wanted, stated, draw)
+                answers[e.name] = remembered(f"{e.name}: order {wanted}", make)
+        except OutOfTime:
+            late.append(e.name)
         except BadInput as error:
             if not answers:  # the rule itself is wrong
                 raise
             notes.append(f"it has no meaning for {e.name}: {_sentence(error)}.")
     not_asked, too_large = _beyond([e for e in every if e not in chosen], stated)
     chosen = [e for e in chosen if e.name in answers]
+    answers = {e.name: answers[e.name] for e in chosen}
     notes = [*told.notes, *notes, *_every_dimension(asked, answers), *too_large]
     conditions: dict[int, str] = {}
     if told.open:
         progress("conditions", None)
         try:
-            conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
+            with budget:
+                conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
         except CannotMeasure as error:
             notes.append(f"no conditions are known: {_sentence(error)}.")
+        except OutOfTime:
+            notes.append(f"conditions: {NO_TIME}.")
     leading = dict[str, Any]()
     pairs = [e for e in chosen if e.kind == "pair" and not e.forced][:2]
     if pairs and base.asks_lagrangian and not base.splits:
         progress("leading error", None)
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
-        leading = leading_error(asked, told.open, exact, pairs[-1], draw)
-        if not leading:
-            notes.append(no_leading_error(exact, told.open))
+        try:
+            with budget:
+                leading = leading_error(asked, told.open, exact, pairs[-1], draw)
+            if not leading:
+                notes.append(no_leading_error(exact, told.open))
+        except OutOfTime:
+            notes.append(f"leading error: {NO_TIME}.")
     progress("laws", None)
     reached = min((a.order for a in answers.values() if a.order), default=stated)
 
@@ -143,8 +175,15 @@ def prove(
             return answer
         return of_law(asked, told.open, e, law.defect, power, answer, draw if first else None)
 
+    def in_time(name: str, e: SceneClass, *about: Any) -> Answer:
+        try:
+            with budget:
+                return remembered(f"{e.name}: {name}", partial(answered, e, *about))
+        except OutOfTime:
+            return Answer(None, None, NO_TIME)
+
     no_step = {name: a.why for name, a in answers.items() if a.power == 0}
-    kept = laws_of(asked_laws, asked, chosen, min(reached, stated), answered, no_step)
+    kept = laws_of(asked_laws, asked, chosen, min(reached, stated), in_time, no_step)
     if any(a.proven is False for a in kept.get("conjugate-symplectic", {}).values()):
         notes.append(BY_TREES)
     for law in [law for law in asked_laws if not kept[law]]:
@@ -152,7 +191,8 @@ def prove(
         more = f", but of those of --groupoid {others}" if others else ""
         notes.append(f"{law} is no law of these classes{more}.")
     claimed = ("symplectic",) if base.claims is not None and base.claims.symplectic else ()
-    return Result(base.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
+    return Result(base.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked,
+                  late)  # fmt: skip
 
 
 def _usual(order: int) -> int:

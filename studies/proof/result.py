@@ -49,7 +49,8 @@ class Result:
     order; leading: name of an elementary term ↦ its coefficient in the leading error
     (docs/proofs.md has the terms); notes: sentences; laws: law ↦ class ↦ `Answer`, whose order is
     the last power of h to which it holds; claimed: the laws that the rule's author claims;
-    not_asked: kind ↦ the names of classes that take longer, and were not asked for.
+    not_asked: kind ↦ the names of classes that take longer, and were not asked for; late: the names
+    of those that were not answered within the seconds of processor time that `prove` had.
     """
 
     rule: str
@@ -61,6 +62,7 @@ class Result:
     laws: dict[str, dict[str, Answer]] = field(default_factory=dict)
     claimed: tuple[str, ...] = ()
     not_asked: dict[str, list[str]] = field(default_factory=dict)
+    late: list[str] = field(default_factory=list)
 
     @property
     def proven(self) -> bool | None:
@@ -89,7 +91,7 @@ class Result:
             "conditions": {str(order): text for order, text in self.conditions.items()},
             "leading": {name: str(c) for name, c in self.leading.items()}, "notes": self.notes,
             "laws": {law: _as_json(told) for law, told in self.laws.items()},
-            "not_asked": self.not_asked,
+            "not_asked": self.not_asked, "late": self.late,
         }  # fmt: skip
 
     def text(self) -> str:
@@ -113,6 +115,8 @@ class Result:
         lines += self.notes
         if left := [f"{', '.join(e)} (--groupoid {kind})" for kind, e in self.not_asked.items()]:
             lines.append(f"not asked, since they take longer: {'; '.join(left)}.")
+        if self.late:
+            lines.append(f"not answered in the time that was given: {'; '.join(self.late)}.")
         return "\n".join(lines)
 
 

@@ -144,6 +144,8 @@ def proofs(result: StudyResult) -> list[str]:
             names = [name for several in left.values() for name in several]
             kinds = " ".join(f"--groupoid {kind}" for kind in left)
             said.append(f"{_classes(names)} that take longer are asked for by {kinds}")
+        if late := told.get("late"):
+            said.append(f"not asked of {_first(late)} within {told['seconds']} s")
         order = f"order {told['order']}" if told["order"] else "its order"
         lines.append(f"{told['rule']}: {order} is {'; '.join(said)} ({told['command']}).")
     return lines

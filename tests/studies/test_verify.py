@@ -15,6 +15,8 @@ from discmech.studies.core import lookup
 from discmech.studies.core.fingerprint import of_proof
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.result import Result, StudyResult, result_of
+from discmech.studies.core.store import Store
+from discmech.studies.proof import proving
 from discmech.studies.report import verdicts
 from discmech.studies.report.tables import print_result
 from discmech.studies.stability.view import VIEW as STABILITY
@@ -142,6 +144,53 @@ def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder, monkeyp
     assert wrong.startswith("beside: order 2 is disproven for T(v) − V(x), n = 2 (h^2 ")
     assert "2 classes more: a scene that shows it is an exception" in wrong
     assert "proven for every Lagrangian of 4 classes" in wrong
+
+
+def test_proofs_are_kept_class_by_class_and_not_of_rules_that_may_read_anything(
+    folder, monkeypatch
+):
+    """An interrupted run goes on with the classes that it has, and the next one asks nothing."""
+    monkeypatch.setenv("DISCMECH_CACHE", str(folder / "cache"))
+    monkeypatch.setattr(verifying, "prove", partial(verifying.prove, groupoid="separable"))
+    (folder / "hidden.py").write_text(
+        "import random\n"
+        "from discmech import discretisation\n"
+        "@discretisation(order=2)\n"
+        "def chance(L, G, x, u, h):\n"
+        "    random.random()\n"
+        "    return h * L(G.target(x, u, h / 2), u)\n"
+    )
+    asked = Request(("both.py:two-thirds",)).rules()
+    labels = []
+
+    def stopped(label, share):
+        labels.append(label)
+        if len(labels) == 2:
+            raise KeyboardInterrupt
+
+    def classes_asked(rules, progress=verifying.silent):
+        before = len(made)
+        proofs = verifying.proofs_of(rules, progress, Store())
+        return len(made) - before, proofs
+
+    made, answer = [], proving._answer
+    monkeypatch.setattr(proving, "_answer", lambda *a: made.append(a) or answer(*a))
+    with pytest.raises(KeyboardInterrupt):
+        classes_asked(asked, stopped)
+    assert len(made) == 1 and labels[0] == "two-thirds: proving, v·Mv/2 − V(x), n = 2"
+    count, proofs = classes_asked(asked)
+    assert count == 1 and len(proofs[0]["classes"]) == 2
+    assert classes_asked(asked) == (0, proofs)
+    opaque = Request(("hidden.py",)).rules()
+    assert [classes_asked(opaque)[0] for _ in range(2)] == [2, 2]
+
+
+def test_a_proof_ends_with_its_budget_and_names_what_it_did_not_reach(folder, monkeypatch):
+    monkeypatch.setattr(verifying, "BUDGET", 0)
+    proofs = verifying.proofs_of(Request(("both.py:two-thirds",)).rules(), verifying.silent)
+    (said,) = verdicts.proofs(StudyResult(proofs=proofs))
+    assert said.startswith("two-thirds: order 2 is not asked of L(x, v), n = 1 and ")
+    assert said.endswith("within 0 s (discmech prove both.py:two-thirds).")
 
 
 def test_proofs_of_compositions_of_one_name_are_told_apart():

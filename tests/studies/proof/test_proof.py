@@ -3,6 +3,8 @@
 import json
 import math
 import random
+import signal
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -25,6 +27,7 @@ from discmech.integrators.rules.parameters import with_parameters
 from discmech.studies.command import main
 from discmech.studies.core.result import StudyResult
 from discmech.studies.core.store import Store
+from discmech.studies.proof.budget import Budget, OutOfTime
 from discmech.studies.proof.leading import of_rule
 from discmech.studies.proof.table import proof_table
 from discmech.studies.report.verdicts import proofs
@@ -66,6 +69,18 @@ def weighted(points, order, term=0):
 
 def proven(rule, order=None, kind="time"):
     return prove(rule, order, groupoid=kind, laws=()).proven
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="the system has no such timer")
+def test_a_budget_ends_a_block_that_swallows_errors():
+    budget, before = Budget(0.02), signal.getsignal(signal.SIGPROF)
+    with pytest.raises(OutOfTime), budget:
+        while True:
+            with suppress(Exception):
+                sum(range(100))
+    assert budget.left <= 0 and signal.getsignal(signal.SIGPROF) == before
+    with pytest.raises(OutOfTime), budget:
+        raise AssertionError("nothing is left")
 
 
 # -- what is right ---------------------------------------------------------------------------------
