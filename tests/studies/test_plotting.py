@@ -50,7 +50,7 @@ def test_a_figure_is_as_wide_as_a_column(result, tmp_path, asked, columns):
     wide = figure.get_size_inches()[0]
     assert wide == pytest.approx(asked, abs=0.02) or wide > asked == 1
     assert len({axes.get_position().x0 for axes in figure.axes}) == columns
-    long = "words in lines, as many as are long for a column"
+    long = "words in lines, as many as are too long for a column of a journal"
     scene = [{**case, "scene": long} for case in result["cases"]]
     figure = plot(
         {**result, "cases": scene}, labels={"midpoint": long}, style=tmp_path / "p.mplstyle"
