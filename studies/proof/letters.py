@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation
-from discmech.integrators.equations import written
+from discmech.integrators.equations import Mass, written
 from discmech.integrators.errors import CannotMeasure, at_line
 from discmech.integrators.numbers import floats_exact, sympy
 from discmech.integrators.numbers.types import Expression
@@ -115,14 +115,11 @@ class _AnyLagrangian:
         return -self(x, 0 * self.s.u)
 
     def gradient(self, x: Any) -> Any:
-        return self._at(x, sympy.Matrix([self.potential(self.s.x).diff(e) for e in self.s.x]))
+        return sympy.Matrix([_without_formula(f"gradient {i}")(*x) for i in range(len(self.s.u))])
 
     def mass(self, x: Any) -> Any:
-        slopes = sympy.hessian(self(self.s.x, self.s.u), list(self.s.u))
-        return self._at(x, slopes.subs(dict.fromkeys(self.s.u, 0)))
-
-    def _at(self, x: Any, matrix: Any) -> Any:
-        return matrix.subs(dict(zip(self.s.x, x, strict=True)), simultaneous=True)
+        m = len(self.s.u)
+        return Mass(m, m, lambda i, j: _without_formula(f"mass {i} {j}")(*x))
 
 
 @cache
@@ -146,8 +143,20 @@ def _asked(
     The number is infinite if the rule needs the formula of L.
     """
     s, n, places = of.s, len(of.s.x), dict[Any, None]()
-    known = {"L": lambda *a: s.lagrangian_at(sympy.Matrix(a[:n]), sympy.Matrix(a[n:])),
-             "fast": lambda *x: s.fast_at(sympy.Matrix(x))}  # fmt: skip
+    m = range(len(s.u))
+    known: dict[str, Any] = {
+        "L": lambda *a: s.lagrangian_at(sympy.Matrix(a[:n]), sympy.Matrix(a[n:])),
+        "fast": lambda *x: s.fast_at(sympy.Matrix(x)),
+    }
+    slopes: dict[str, Any] = {
+        f"gradient {i}": lambda *x, i=i: of.part("gradient", sympy.Matrix(x))[i] for i in m
+    }
+    curved: dict[str, Any] = {
+        f"mass {i} {j}": lambda *x, i=i, j=j: of.part("mass", sympy.Matrix(x))[i, j]
+        for i in m
+        for j in m
+    }
+    known |= slopes | curved
 
     def look(e: Any, swap: dict[Any, Any]) -> None:
         """Note the arguments of L in e; swap: the values of letters that are bound there."""
@@ -158,7 +167,8 @@ def _asked(
             look(e.expr, swap | dict(zip(e.variables, point, strict=True)))
             return
         if any(isinstance(e, _without_formula(name)) for name in known):
-            at = [part.xreplace(swap) for part in e.args]
+            still = any(isinstance(e, _without_formula(name)) for name in (*slopes, *curved))
+            at = [part.xreplace(swap) for part in e.args] + [sympy.Integer(0) for _ in m if still]
             for name, value in known.items():
                 at = [part.replace(_without_formula(name), value).doit() for part in at]
             at = [floats_exact(written(part)) for part in [*at, *s.u][: n + len(s.u)]]
@@ -169,6 +179,10 @@ def _asked(
     try:
         value = sympy.sympify(formula(_AnyLagrangian(of), *rest, **symbols)).doit()
         taken = max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0)
+        for several, own in ((curved, 2), (slopes, 1)):
+            if any(value.has(_without_formula(name)) for name in several):
+                taken += own  # at least as many as there are
+                break
         look(value, {})
         return float(taken), [*places]
     except Exception:  # a rule may do anything with an expression, as look for its factors

@@ -43,6 +43,8 @@ CONTENT = 10**6
 SHARE = 1 / 1000
 #: order ↦ the coefficients of classes that are looked at without being asked for
 USUAL = {2: MOST_LETTERS, 4: 130, 6: 120, MOST_ORDER: 60}
+#: states at which a rule may ask for L so that a class of higher degree is looked at, if it fits
+MOST_PLACES = 4
 #: what a step and the flow differ by, beside the laws
 ORDER = Law(Comparison.gaps)
 Progress = Callable[[str, float | None], None]
@@ -343,6 +345,12 @@ def _drawn(
         return Answer(seen, None, "proven for L quadratic in v alone: for others a step of length "
                       "0 is no rational function", **about)  # fmt: skip
     if seen >= wanted and (said := _too_low(e, comparison, law)):
+        further, places = comparison.reach(e.still)
+        if further < math.inf and places <= MOST_PLACES:
+            further = max(e.further, int(further) + law.further)
+            higher = replace(e, further=further, places=max(e.places, places))
+            if e.dear * higher.count(power) <= MOST_LETTERS:
+                return _drawn(higher, rule, order, power, draw, law)
         return Answer(seen, None, said, **about)
     if seen >= wanted:
         chance = chance_of_error(comparison, power, law.states)

@@ -28,7 +28,10 @@ from discmech.studies.command import main
 from discmech.studies.core.result import StudyResult
 from discmech.studies.core.store import Store
 from discmech.studies.proof.budget import Budget, OutOfTime
+from discmech.studies.proof.classes import classes_of
 from discmech.studies.proof.leading import of_rule
+from discmech.studies.proof.letters import Told, lettered
+from discmech.studies.proof.proving import _answer
 from discmech.studies.proof.table import proof_table
 from discmech.studies.report.verdicts import proofs
 
@@ -218,6 +221,21 @@ def test_wrong_maps_are_disproven(power):
         return moved + h**power * Fraction(1, 10**9) * (s.f(z) if power else z)
 
     assert proven(off) is False
+
+
+def test_a_force_gradient_rule_is_proven_for_the_class_that_it_is_meant_for():
+    """It inverts L.mass, and asks for L at a second place, so that a higher degree is needed."""
+
+    @discretisation(order=4, groupoids="pair")
+    def straight(L, G, x, u, h):
+        mid, end = G.target(x, u, h / 2), G.target(x, u, h)
+        g = L.gradient(mid)
+        action = h * (L(x, u) + 4 * L(mid, u) + L(end, u)) / 6
+        return action - h**3 / 24 * (g.T * L.mass(mid).inv() * g)[0]
+
+    meant = next(e for e in classes_of(False, False) if e.part == "quadratic")
+    order, proven, _ = _answer(meant, lettered(straight, Told()), 4, 4, random.Random(1))
+    assert (order, proven) == (4, True)
 
 
 # -- what is not decided, and why ------------------------------------------------------------------
