@@ -48,7 +48,8 @@ class Budget:
             signal.setitimer(signal.ITIMER_PROF, 0)
             signal.signal(signal.SIGPROF, self._before)
             self._before = None
-        self.left -= time.process_time() - self._begun
+        # the timer may be a tick before the clock
+        self.left -= self.left if kind is OutOfTime else time.process_time() - self._begun
 
     def _stop(self, number: int, frame: Any) -> None:
         if self._inside:
