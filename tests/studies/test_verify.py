@@ -389,6 +389,7 @@ def test_a_student_s_file_that_cannot_be_used_keeps_nobody_else_from_a_grade(fol
     grades = json.loads((folder / "grades.json").read_text())
     assert code == 2 and [case["rule"] for case in grades["cases"]] == ["two-thirds"]
     assert "✓ order: harmonic, two-thirds" in out and err.count("\n") == 3
+    assert "case passes; not all that the files define could be judged." in out
     assert all(each in err and each in " ".join(grades["notes"]) for each in broken)
     assert ask("verify", *files, "wrong.py", *only)[0] == 1  # a failure is the worse
     code, out, err = ask("compare", *files, "midpoint", *only)
