@@ -388,13 +388,17 @@ class StepFailure(DiscmechError, RuntimeError):
             self._told, self._look = self._look(), None
         return self._told
 
-    def __str__(self) -> str:
+    @property
+    def sentence(self) -> str:
+        """What happened, for those who have no exception at hand, as on a command line."""
         shown = ", ".join(f"{name} = {_brief(value)}" for name, value in self.state.items())
         return (
             f"{self.scene} with {self.rule}: {self.cause} at step {self.step_index}, "
-            f"t = {self.time:.6g} ({shown}); "
-            f"{self.fix}, or look at the trajectory kept on this exception."
+            f"t = {self.time:.6g} ({shown}); {self.fix}."
         )
+
+    def __str__(self) -> str:
+        return f"{self.sentence[:-1]}, or look at the trajectory kept on this exception."
 
     @property
     def mend(self) -> str:

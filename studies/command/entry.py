@@ -105,7 +105,7 @@ def _code_of(options: argparse.Namespace, farewell: Farewell) -> int:
         print(f"discmech: {error}", file=sys.stderr)
         return INCONCLUSIVE if isinstance(error, NotDecided) else BAD_INPUT
     except StepFailure as error:
-        print(f"discmech: {error}", file=sys.stderr)
+        print(f"discmech: {error.sentence}", file=sys.stderr)
         return FAIL
     except KeyboardInterrupt:
         farewell.say()

@@ -191,8 +191,8 @@ def _or_why(case: Case, make: Callable[[], Made]) -> Made | Verdict:
         try:
             refuse_ended(case, failure.time)
         except ReferenceFailure as end:
-            return Verdict("inconclusive", f"{failure} But {end}.")
-        return Verdict("fail", str(failure))
+            return Verdict("inconclusive", f"{failure.sentence} But {end}.")
+        return Verdict("fail", failure.sentence)
     except (CannotMeasure, ReferenceFailure, StagesNotFound) as failure:
         return Verdict("inconclusive", str(failure))
     except BadInput as error:

@@ -150,12 +150,14 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
             larger = math.floor(math.log10(widest / (high - low)) + 1e-9) if high > low else 0
             scale = 10.0**larger * 2 * HALF / widest if high > low else 0.0
             zero = -index - scale * (low + high) / 2
+            if not curve:  # an empty strip with its zero would look like an energy that is kept
+                labels.append((end, -float(index), _band(case, 0), mark.colour))
+                continue
             axes.axhspan(-index - HALF, -index + HALF, color=GRID, alpha=0.3, lw=0)
-            if curve:
-                times, below, above = zip(*curve, strict=True)
-                lower, upper = ([zero + scale * e for e in errors] for errors in (below, above))
-                style: dict[str, Any] = {"fc": (mark.colour, 0.45), "ec": mark.colour, "lw": 0.55}
-                axes.fill_between(times, lower, upper, **style)
+            times, below, above = zip(*curve, strict=True)
+            lower, upper = ([zero + scale * e for e in errors] for errors in (below, above))
+            style: dict[str, Any] = {"fc": (mark.colour, 0.45), "ec": mark.colour, "lw": 0.55}
+            axes.fill_between(times, lower, upper, **style)
             axes.plot([start, end], [zero, zero], color=INK, lw=0.7, ls=(0, (2, 1.6)), zorder=3)
             ticks.append((zero, "0"))
             ticks += [
@@ -164,7 +166,7 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
                 if scale * abs(error) > 0.22
             ]
             words = _band(case, larger)
-            if curve and curve[-1][0] < end / 2:  # a sliver beside longer runs
+            if curve[-1][0] < end / 2:  # a sliver beside longer runs
                 words += f"\nto t = {curve[-1][0]:.6g}"
             labels.append((end, -float(index), words, mark.colour))
         axes.set_yticks(*zip(*ticks, strict=True))

@@ -14,6 +14,7 @@ import pytest
 from discmech.studies.core.outcome import OF_STEPS
 from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
+from discmech.studies.report.palette import Mark
 from discmech.studies.report.summary import headline, merged
 from discmech.studies.report.verdicts import line
 from discmech.studies.report.wording import whys
@@ -152,6 +153,18 @@ def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
     assert plot_drift.drifted(free, "|Γ|²") == "midpoint  2×10⁻¹²\n(measured)"
     assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
     assert plot_drift.drifted(result_of("momentum", given), "μ₃") == "midpoint\n(fail)"
+
+
+def test_a_run_without_an_end_has_no_line_of_an_energy_that_is_kept() -> None:
+    from matplotlib.figure import Figure
+
+    rows = [{"time": 0.0, "error": -1.0}, {"time": 1.0, "error": 1.0}]
+    whole = result_of("energy", {"rule": "midpoint", "verdict": "pass", "rows": rows})
+    ended = result_of("energy", {"rule": "own", "verdict": "fail", "rows": []})
+    marks, axes = {"midpoint": Mark("k", "o"), "own": Mark("k", "o")}, Figure().subplots()
+    plot_drift.energy("", [whole, ended], marks, 16).draw(axes)
+    assert len(axes.lines) == 1 and len(axes.get_yticks()) == 3  # zero and both ends of one
+    assert any("own\n(fail)" in text.get_text() for text in axes.texts)
 
 
 def words(formula: str) -> str:
