@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from discmech import Scene, black_box, pair, recorded
+from discmech import Conserved, Scene, black_box, pair, recorded
 
 
 @black_box(order=2, symplectic=True)
@@ -38,6 +38,32 @@ wrong = Scene(
     name="wrong-gradient", groupoid=pair(1), x0=["1"], mu0=["0.3"], duration=10, step="0.1",
     numeric_hamiltonian=lambda q, p: p[0] ** 2 / 2 - np.cos(q[0]),
     gradient=lambda q, p: ((1 + 1e-9) * np.sin(q), p),
+)  # fmt: skip
+
+kept = black_box(order=2, symplectic=True, keeps="momentum")(verlet.formula)
+exact = black_box(order=2, keeps="energy")(verlet.formula)
+
+
+@black_box(order=2)
+def lopsided(q, p, h, system):
+    """Verlet with unequal kicks of the second coordinate alone."""
+    w = np.array([0.5, 0.4])
+    p = p - w * h * system.gradient(q, p)
+    q = q + h * system.velocity(q, p)
+    return q, p - (1 - w) * h * system.gradient(q, p)
+
+
+line = Scene(
+    name="line", groupoid=pair(2), x0=["1", "0"], mu0=["0.3", "0"], duration=5, step="0.05",
+    numeric_hamiltonian=lambda q, p: p @ p / 2 + q[1] ** 2 / 2 + q[1] ** 4 / 4,
+    gradient=lambda q, p: (np.array([0, q[1] + q[1] ** 3]), p),
+    symmetries=[Conserved("J", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
+)  # fmt: skip
+bent = Scene(
+    name="bent", groupoid=pair(2), x0=["1", "0"], mu0=["0.3", "0"], duration=5, step="0.05",
+    numeric_hamiltonian=lambda q, p: p @ p / 2 - np.cos(q[0]) + (1 / 2 + q[0] ** 2) * q[1] ** 2,
+    gradient=lambda q, p: (np.array([np.sin(q[0]) + 2 * q[0] * q[1] ** 2,
+                                     (1 + 2 * q[0] ** 2) * q[1]]), p),
 )  # fmt: skip
 
 FOLDER = Path(tempfile.mkdtemp())

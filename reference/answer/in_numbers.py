@@ -86,6 +86,19 @@ def field(scene: Any) -> Field:
     return f
 
 
+def field_anywhere(scene: Any) -> Field:
+    """Return `field`, not a number outside the domain of the user's functions, where they raise."""
+    inside = field(scene)
+
+    def f(t: float, z: np.ndarray) -> np.ndarray:
+        try:
+            return inside(t, z)
+        except Exception:  # whatever they raise, as at the end of a table
+            return np.full(len(z), np.nan)
+
+    return f
+
+
 def _slopes(scene: Any, z: np.ndarray) -> np.ndarray:
     n = scene.groupoid.dim_x
     parts = scene.gradient(z[:n].copy(), z[n:].copy())

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .in_numbers import extrapolated_step, field
+from .in_numbers import extrapolated_step, field_anywhere
 
 #: relative change of an end when its parts are halved, below which it is the motion's to round-off
 ENOUGH = 2.0**-50
@@ -49,7 +49,7 @@ class ManyMotions:
     def __init__(self, scene: Any) -> None:
         self.n, self.timed = scene.groupoid.dim_x, False
         if getattr(scene, "in_numbers", False):
-            of_one = field(scene)
+            of_one = field_anywhere(scene)
 
             def each(t: Any, z: np.ndarray) -> np.ndarray:
                 return np.array([of_one(0.0, column) for column in z.T]).T

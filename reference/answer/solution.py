@@ -93,6 +93,8 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
 def surroundings(scene: Any) -> Surroundings:
     """Return the motion of a scene from any state, in short pieces (`Surroundings`).
 
+    That of a scene in numbers has the digits in which two of its references agree.
+
     Raises `ReferenceFailure` for a scene that can have no reference.
     """
     return _surroundings()(scene)
@@ -120,8 +122,13 @@ def _surroundings() -> Callable[[Any], Surroundings]:
     from discmech.integrators.scene import remembered
 
     from .local_motion import Surroundings
+    from .motion_in_numbers import SurroundingsInNumbers
 
-    return remembered(maxsize=64)(lambda scene: Surroundings(scene))
+    def made(scene: Any) -> Any:
+        numbers = getattr(scene, "in_numbers", False)
+        return SurroundingsInNumbers(scene) if numbers else Surroundings(scene)
+
+    return remembered(maxsize=64)(made)
 
 
 def multipliers(scene: Any, at: Solution) -> list[Any]:

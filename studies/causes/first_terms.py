@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.extensions.foreign import SceneInNumbers, State
+from discmech.integrators.extensions.foreign import State, scene_in_numbers
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
@@ -64,7 +64,7 @@ class Beginning:
 def beginnings(case: Case, order: bool) -> Iterator[Beginning]:
     """Yield the first terms at all places of the evidence, and where it decided on the order."""
     scheme: Any = case.scheme
-    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
     evidence = evidence_of(scheme)
     decided = evidence.order.place if order else None  # a fault may show nowhere else
     more = [] if decided is None or decided in evidence.places else [decided]

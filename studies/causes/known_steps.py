@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import DiscmechError
-from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.extensions.foreign import scene_in_numbers
 from discmech.integrators.numbers import Vector, arithmetic
 
 #: a step of a known method leaves less than this: round-off, and where an iteration stops
@@ -40,7 +40,7 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
     scene = scheme.scene
     if not scene.groupoid.canonical or scene.all_constraints or scene.clocked:
         return None
-    system = SceneInNumbers(scheme.s, scene, arithmetic(16))
+    system = scene_in_numbers(scheme.s, scene, arithmetic(16))
     try:
         flow = scheme.flow(scene.step)
         run = flow.trajectory(STEPS)

@@ -16,7 +16,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, StepFailure
-from discmech.integrators.extensions.foreign import SceneInNumbers, guarded, jump_on, noise_of
+from discmech.integrators.extensions.foreign import guarded, jump_on, noise_of, scene_in_numbers
 from discmech.integrators.extensions.foreign.states import STATES
 from discmech.integrators.numbers import Vector, arithmetic
 
@@ -170,7 +170,7 @@ def _unprojected(case: Case, starts: list[Beginning], n: int) -> Told | None:
     scheme: Any = case.scheme
     if case.scene.holonomic is None or _vanishes(starts, lambda b: b.first_error):
         return None
-    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
     for b in starts:
         q, p = b.z[:n], b.z[n:]
         normal = (system.constraint_jacobian(q) @ system.tensor(q, p)[:n, n:]).T

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.extensions.foreign import scene_in_numbers
 from discmech.integrators.numbers import arithmetic
 from discmech.reference import ReferenceFailure
 
@@ -34,7 +34,7 @@ def of_rows(case: Case) -> dict[str, Any] | None:
     if columns is None or len(columns[0]) < FEWEST:
         return None
     times, states, errors = columns
-    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
     n = system.n
     terms = [parts_of(system, z, t) for z, t in zip(states, times, strict=True)]
     parts = {name: np.array([term[name] for term in terms]) for name in terms[0]}

@@ -122,7 +122,7 @@ class Evidence:
     @cached_property
     def linear(self) -> bool:
         """True if the continuous equations are linear, so that few order conditions count."""
-        return is_linear(self.scheme.s)
+        return not self.scheme.scene.in_numbers and is_linear(self.scheme.s)
 
     def departure(self, law: Law) -> Departure:
         """Return the largest departure of ordinary steps from a law, over the places.

@@ -18,7 +18,7 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import Displaced
-from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.extensions.foreign import scene_in_numbers
 from discmech.integrators.flows import (
     Flow,
     form_change_defects,
@@ -179,7 +179,7 @@ class ArrowVelocity(Law):
         short = SHORT * step
         arrow, u = short_arrow(scheme, place, short, DIGITS), np.array(place.u)
         if scheme.scene.hamiltonian:  # a place of it has μ alone
-            at = SceneInNumbers(scheme.s, scheme.scene, arithmetic(DIGITS))
+            at = scene_in_numbers(scheme.s, scheme.scene, arithmetic(DIGITS))
             u = at.velocity(np.array(place.x), np.array(place.mu), place.t)
         with mpmath.workdps(DIGITS):
             velocity = np.array([*map(mpmath.mpf, u)])
@@ -224,10 +224,12 @@ class KeepsEnergy(Law):
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return the change of H by one step, over Σ|∂H/∂zᵢ zᵢ|.
 
-        H has twice the digits, so that its own round-off is none, and no constant in it counts.
+        H has twice the digits, so that its own round-off is none, and no constant in it counts. A
+        function of numbers rounds its value, constants and all, in doubles.
         """
         run = scheme.flow(step, self.digits).trajectory(1, **place.start)
-        at = SceneInNumbers(scheme.s, scheme.scene, arithmetic(2 * DIGITS))
+        numbers = arithmetic(16 if scheme.scene.in_numbers else 2 * DIGITS)
+        at = scene_in_numbers(scheme.s, scheme.scene, numbers)
         rows = list(zip(run.x, run.mu, strict=True))
         before, after = (at.H(*row) for row in rows)
         size: Any = 0
@@ -235,6 +237,7 @@ class KeepsEnergy(Law):
             for part, slope in ((x, at.gradient(x, mu)), (mu, at.velocity(x, mu))):
                 size += max(map(abs, part), default=0) * sum(map(abs, slope))
         own = scheme.rule.unit(16) if self.digits == 16 else float(arithmetic(self.digits).eps)
+        own += float(numbers.eps * abs(before) / size) if size else 0.0
         gap = abs(after - before)
         return Departure(float(gap / size) if gap else 0.0, ROUNDINGS * own, "the energy",
                          float(step))  # fmt: skip

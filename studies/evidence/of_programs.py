@@ -225,7 +225,7 @@ def _slopes(flow: Any, place: Place) -> Matrix:
     computed.
     """
     z = np.array([float(e) for e in (*place.x, *place.mu)])
-    if flow.scheme.scene.all_constraints or flow.scheme.scene.in_numbers:
+    if flow.scheme.scene.all_constraints:
         return np.zeros((len(z), len(z)))
     system = flow.system
     n, t = len(place.x), float(place.t)
@@ -247,7 +247,7 @@ def order_of(
     Raises `Displaced` for a program whose answers begin elsewhere.
     """
     try:
-        if not scheme.rule.runs_at(digits_for(scheme.order or 2)):
+        if scheme.scene.in_numbers or not scheme.rule.runs_at(digits_for(scheme.order or 2)):
             return _lower_in_runs(scheme, of_program(scheme, places, seed))
         local = local_order(scheme, places, seed, along)
         if scheme.rule.is_formula:

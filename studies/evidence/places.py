@@ -309,7 +309,7 @@ def _on_manifold(
     numbers = arithmetic(DIGITS)
     with numbers.working():
         target, anchor, rows = _functions(s)
-        values = _values(s, tuple(scene.symmetries))
+        values = _values(s, scene)
         p = [numbers.number(e) for e in scene.parameter_values]
         at = np.array([numbers.number(e) for e in x], dtype=object)
         xi = np.array([numbers.number(e) for e in v], dtype=object)
@@ -340,19 +340,19 @@ def _on_manifold(
 
 
 @lru_cache(maxsize=64)
-def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
-    """Return quantities less their values, of (x, ξ, p), and their slope in ξ; None without any.
+def _values(s: SceneSymbols, scene: Any) -> Any:
+    """Return its quantities less their values, of (x, ξ, p), and their slope in ξ; None if none.
 
     Quantities of x alone are kept where x moves along the groupoid.
     """
     numbers = arithmetic(DIGITS)
     # references of a Hamiltonian have μ in the place of the velocity
-    of_mu = s.hamiltonian is not None and not s.degenerate
+    of_mu = scene.in_numbers or (s.hamiltonian is not None and not s.degenerate)
     mu = dict(zip(s.mu, s.u if of_mu else momentum(s), strict=True))
     off = [
         s.call(q.formula, q.name, s.position, s.mu, s.parameters).xreplace(mu)
         - to_sympy(exact(q.value, q.name))
-        for q in quantities if q.value is not None
+        for q in scene.symmetries if q.value is not None
     ]  # fmt: skip
     off = [e for e in off if e.free_symbols & set(s.u)]
     if not off:

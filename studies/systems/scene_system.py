@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,13 +18,6 @@ from .system import End, System
 
 class SceneSystem(System):
     """A scheme of a scene; see `System`."""
-
-    @cached_property
-    def lacks(self) -> dict[str, str]:  # type: ignore[override]
-        """The parts that a scene in numbers lacks: it has no exact state beside its references."""
-        if self.case.scene.in_numbers:
-            return {"single_steps": "no exact state is known beside the motion"}
-        return {}
 
     def steps_for(self, step: Any) -> int:
         """Return the number of steps of that size in the scene's duration."""
@@ -49,7 +41,7 @@ class SceneSystem(System):
 
     def single_steps(self) -> Any:
         """Return the scheme itself."""
-        return None if "single_steps" in self.lacks else self.scheme
+        return self.scheme
 
     def usual_steps(self, claimed: bool = True) -> int:
         """Return a million steps, or as many as a program makes soon."""
@@ -61,11 +53,11 @@ class SceneSystem(System):
 
     @property
     def energy_changes(self) -> bool:
-        """By a force, constraints, in time and at impacts; without a Lagrangian there is none."""
+        """By a force, constraints, in time and at impacts; a discrete Lagrangian alone has none."""
         scene = self.case.scene
         changed = scene.force is not None or scene.timed or super().energy_changes
         changed = changed or constraints_work(self.scheme.s)
-        return changed or scene.lagrangian is None
+        return changed or not scene.is_continuous
 
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the energy and its terms by `runs.energy_with_terms`."""

@@ -18,11 +18,12 @@ from .differences import (
 from .external import external
 from .program import ProgramFailure
 from .recorded import Recorded, RecordedScheme, recorded
-from .scene_in_numbers import SceneInNumbers
+from .scene_in_numbers import SceneInNumbers, scene_in_numbers
 from .states import State
 
 __all__ = [
     "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Derivative", "MapOfRows", "Noise",
     "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "State", "black_box",
-    "derivative", "external", "guarded", "images", "jump_on", "noise_of", "recorded", "shifted",
+    "derivative", "external", "guarded", "images", "jump_on", "noise_of", "recorded",
+    "scene_in_numbers", "shifted",
 ]  # fmt: skip

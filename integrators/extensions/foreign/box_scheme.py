@@ -11,7 +11,7 @@ from ...rules import Discretisation
 from ...scene import Scene
 from .box_flow import BoxFlow
 from .gradient import check_gradient
-from .scene_in_numbers import NumericScene, SceneInNumbers
+from .scene_in_numbers import SceneInNumbers, scene_in_numbers
 
 
 class BoxEquations(StepEquations):
@@ -50,8 +50,7 @@ class BoxScheme(DiscretisedScene):
 
     def in_numbers(self, numbers: Arithmetic, kind: type | None = None) -> SceneInNumbers:
         """Return the scene as the last argument of a black box, in the given arithmetic."""
-        made = NumericScene if self.scene.in_numbers else SceneInNumbers
-        return made(self.s, self.scene, numbers, kind)
+        return scene_in_numbers(self.s, self.scene, numbers, kind)
 
     @property
     def order(self) -> int | None:

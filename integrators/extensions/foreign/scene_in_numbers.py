@@ -266,7 +266,9 @@ class NumericScene(SceneInNumbers):
                 self._slopes(*one) for one in zip(np.transpose(q), np.transpose(p), strict=True)
             ]
             return np.array([e[0] for e in both]).T, np.array([e[1] for e in both]).T
-        slopes = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        slopes = _inside(self._scene.gradient, q, p)
+        if slopes is None:
+            return np.full(self.n, np.nan), np.full(self.m, np.nan)
         return np.asarray(slopes[0], float).reshape(self.n), np.asarray(slopes[1], float).reshape(
             self.m
         )
@@ -282,7 +284,8 @@ class NumericScene(SceneInNumbers):
         if several(q, p):
             each = zip(np.transpose(q), np.transpose(p), strict=True)
             return np.array([self.H(*one) for one in each])
-        value = self._scene.numeric_hamiltonian(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        value = _inside(self._scene.numeric_hamiltonian, q, p)
+        value = np.nan if value is None else value
         return self._given(np.float64(np.asarray(value, float).reshape(())))
 
     def gradient(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
@@ -302,3 +305,18 @@ class NumericScene(SceneInNumbers):
             f"{self.name} is a Hamiltonian in numbers, so the momentum of a velocity is not known: "
             'take state="qp".'
         )
+
+
+def _inside(function: Any, q: Vector, p: Vector) -> Any:
+    """Return a user's function at a state; None outside its domain, such as a table's."""
+    try:
+        return function(np.array(q, float), np.array(p, float))
+    except (ArithmeticError, LookupError, ValueError):
+        return None
+
+
+def scene_in_numbers(
+    s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None = None
+) -> SceneInNumbers:
+    """Return a scene in an arithmetic; one whose Hamiltonian is in numbers has doubles alone."""
+    return (NumericScene if scene.in_numbers else SceneInNumbers)(s, scene, numbers, kind)
