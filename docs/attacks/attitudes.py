@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from discmech import black_box
+from discmech import Conserved, Scene, black_box, lie_group, so
 
 
 def hat(w):
@@ -88,3 +88,11 @@ def first(R, p, h, system):
     inertia = np.array(system.parameters.inertia)
     by = Rotation.from_rotvec(h * p / inertia)
     return turn_matrix(R, by), split(R, p, h, inertia, turn_matrix)[1]
+
+
+#: it declares the momentum in a frame that turns the wrong way
+steady = Scene(
+    "steady", lie_group(so(3)), lambda x, v, p: v[0] ** 2 / 2 + v[1] ** 2 + 3 * v[2] ** 2 / 2,
+    v0=[0, 0, 1], duration=5, step="1/20",
+    symmetries=[Conserved("wrong way", lambda A, mu, p: A.T * mu, attitude=True)],
+)  # fmt: skip

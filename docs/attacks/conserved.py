@@ -72,3 +72,17 @@ one = quantity("one", lambda x, m, p: m[0] / m[0])
 squares = quantity("squares", lambda x, m, p: one_of_squares(x[0]))
 hidden = quantity("hidden", lambda x, m, p: sympy.sin(10**14 * angular(x, m)))
 tiny = quantity("tiny", lambda x, m, p: angular(x, m) + 10**16 * one_of_squares(x[0]))
+
+
+def dragged(name, potential, x0, v0, duration):
+    """A mass under drag that declares its angular momentum about the last axis."""
+    return Scene(
+        name=name, groupoid=pair(len(x0)), x0=x0, v0=v0, duration=duration, step="1/20",
+        lagrangian=lambda x, v, p, t: (v.dot(v) - x.dot(x)) / 2 - potential(x, t),
+        force=lambda x, v, p: -v / 20,
+        symmetries=[Conserved("J", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
+    )  # fmt: skip
+
+
+in_a_plane = dragged("in-a-plane", lambda x, t: x[0] * x[2] ** 2, [1, "1/5", 0], ["1/5", 1, 0], 5)
+gust = dragged("gust", lambda x, t: x[0] * sympy.exp(-((t - 30) ** 2)), [1, 0], ["1/5", 1], 40)

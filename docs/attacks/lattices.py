@@ -161,3 +161,11 @@ def early(L, G, x, u, h):
     middle = G.target(x, u, h / 2)
     at_start = sympy.Matrix([*middle[:-1], x[-1]])
     return h * (99 * L(middle, u) + L(at_start, u)) / 100
+
+
+odd = Lattice(
+    name="odd", site=pair(1), sites=6, parameters={}, x0=[[1], [2], [-1], [-1], [-2], [1]],
+    v0=np.zeros((6, 1)), on_site=lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 2, bonds="ring",
+    on_bond=lambda x, y, p: -((y[0] - x[0]) ** 4) / 8, step="1/50",
+    symmetries={"shift": lambda x, p: [1]},
+)  # fmt: skip

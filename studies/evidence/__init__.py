@@ -62,6 +62,10 @@ class Evidence:
         drawn = places_of(scheme, self.seed)
         return drawn + places_at(scheme, times_that_stand_out(scheme)[0])
 
+    @cached_property
+    def _places_of_whole(self) -> list[Place]:
+        return self.places if self.whole is self.scheme else self._places_of(self.whole)
+
     @property
     def unscanned(self) -> str:
         """Return why no run looked for narrow parts of the motion; "" if one did."""
@@ -83,9 +87,8 @@ class Evidence:
     def order(self) -> LocalOrder:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
-            places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
-            local = order_of(self.whole, places, self.seed, along)
+            local = order_of(self.whole, self._places_of_whole, self.seed, along)
             return local if self.whole is self.scheme else _named(local)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
@@ -131,7 +134,11 @@ class Evidence:
         """
         if law not in self._departures:
             drawn = random.Random(f"{self.seed} {law.name}")
-            self._departures[law] = worst_departure(law, self.scheme, self.places, drawn)
+            scheme, places = self.scheme, self.places
+            if law.of_attitude:
+                scheme, places = self.whole, self._places_of_whole
+            places = places + (places_along(scheme, self.seed) if law.along else [])
+            self._departures[law] = worst_departure(law, scheme, places, drawn)
         return self._departures[law]
 
     def rate(self, expected: int) -> float | None:

@@ -48,10 +48,14 @@ ROUNDINGS = 2**10
 
 
 class Law(ABC):
-    """A law of one step; name: its key in a record. tries: steps that are tried from a place."""
+    """A law of one step; name: its key in a record. tries: steps that are tried from a place.
+
+    of_attitude: True if it is asked of `Evidence.whole`; along: True if also all along the motion.
+    """
 
     name: str
     tries = 4
+    of_attitude = along = False
 
     def refusal(self, scheme: Scheme) -> str:
         """Return the reason why the law asks nothing of a scheme, or ""."""

@@ -6,18 +6,18 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from discmech.integrators.numbers import arithmetic
+
 from ..causes.round_off import why_unknown
 from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency
+from ..evidence.laws import ROUNDINGS
 from .cause import cause_of_drift
 from .limits import LIMITS
-from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
+from .measuring import WORKED, _claimed, _epsilon, _over, limits_of, walks_of
 from .records import Found
 from .sight import key_of
-
-#: share of the terms of dJ/dt: a sum that is 0 to round-off, for up to 10⁶ sites, is far below
-NO_RATE = 2.0**-30
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -27,6 +27,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     whose farthest point is beyond 5 standard deviations once in a million runs (Feller, XIV).
     ``limits`` and ``over`` give the limit and the number of steps of each quantity; ``limit``
     is the largest. The bare walk ε√N is beside it, N the most steps of any quantity.
+
+    A momentum of a lattice whose dJ/dt is not 0 at drawn states fails, whatever the run shows: it
+    may be as much of its terms as single steps may change of a quantity.
 
     A pass needs more: single steps beside the motion that keep it too, a limit that is not blind,
     and a seeded fault of one step that would have failed (`sight`). A quantity that never changes,
@@ -58,6 +61,17 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
     drifting = [k for k, v in drift.items()
                 if k in judged and not v <= limits.get(k, limit)]  # fmt: skip
+    rates = record.measured.rate or {}
+    name = max(judged, key=lambda k: rates.get(k, 0.0), default="")
+    if (rate := rates.get(name, 0.0)) > ROUNDINGS * arithmetic(16).eps:
+        drifts = name in drifting
+        moves = f"drifts by {drift[name]:.2g} and" if drifts else "does not drift in this run, but"
+        said = (
+            f"{name} {moves} is no symmetry of L: by the equations of motion its momentum changes "
+            f"beside the run, by {rate:.1g} of the terms of dJ/dt; no rule can keep it, so mend "
+            "the symmetry, or the Lagrangian."
+        )
+        return Verdict("fail", said, expected)
     if not drifting:
         return _judge_faults(record, judged, limits, expected)
     name = max(drifting, key=lambda k: drift[k])
@@ -75,19 +89,16 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
             expected["limit"] = max(expected["limits"].values())
             return _judge_faults(record, judged, limits, expected)  # faults are of their size
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
-    rate = (record.measured.rate or {}).get(name, 0.0)
-    if rate > NO_RATE:
-        said += (
-            " It is no symmetry of L: by the equations of motion its momentum changes, by "
-            f"{rate:.1g} of the terms of dJ/dt."
-        )
     return Verdict("fail", said, expected)
 
 
 def _judge_faults(
     record: Found, judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
-    """Return the verdict without a drift: it depends on whether a fault would have shown."""
+    """Return the verdict without a drift: it depends on whether a fault would have shown.
+
+    A pass says how far quantities that a force, or their own equation, changes were followed.
+    """
     for name in judged:
         limit, fault = limits.get(name, 0.0), (record.faults or {}).get(name)
         if not limit <= LIMITS["blind"]:
@@ -103,7 +114,14 @@ def _judge_faults(
                 "it is a constant, or its large terms hide what moves."
             )
             return Verdict("inconclusive", said, expected)
-    return Verdict("pass", "", expected)
+    worked, said = [e for e in judged if expected["over"].get(e) == 1 < record.steps], ""
+    if worked and record.rows:
+        steps, last = min(WORKED, record.steps), record.rows[-1]
+        said = (
+            f"{', '.join(worked)}: held against its work or equation in {steps} steps, to "
+            f"t = {steps * last.time / last.step:.4g}, and in single steps from drawn places."
+        )
+    return Verdict("pass", said, expected)
 
 
 def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:

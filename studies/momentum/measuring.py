@@ -120,7 +120,9 @@ def measure(case: Case, progress: Progress = silent) -> Found:
             series[q.name], units[q.name] = _over_stretches(case, q, steps, progress)
     worked = [q for q in measured if q not in kept]
     for q in worked:
-        series[q.name], units[q.name] = less_work(case, q, min(WORKED, steps))
+        flow = scheme_for(case, q.attitude).flow(size, case.digits)
+        run = flow.trajectory(min(WORKED, steps))
+        series[q.name], units[q.name] = less_work(flow, q, run, case.digits)
     for q in (q for q in measured if q.name not in faults):
         scheme = scheme_for(case, q.attitude)
         run = scheme.flow(size, case.digits).trajectory(min(SHORT, steps))
@@ -138,7 +140,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     worst = {name: float(drift.max()) for name, drift in series.items()}
     told = Measured(worst, {name: fault.change for name, fault in faults.items()})
     return Found(rows, told, steps, units, faults, _over(case, steps), walks,
-                 local=single_steps(case, *laws_of(case.scheme, kept)))  # fmt: skip
+                 local=single_steps(case, *laws_of(kept), *laws_of(worked, True)))  # fmt: skip
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
@@ -173,7 +175,7 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     """Return `measure` for momenta that are sums over sites, along a run of which few rows are
     kept.
 
-    rate: |dJ/dt| of those that symmetries give, by the equations of motion.
+    rate: |dJ/dt| of those that symmetries give, by the equations of motion (`System.rates`).
     """
     steps = case.steps or system.usual_steps()
     run = system.long_run(steps, progress)
@@ -187,7 +189,7 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     walks = walks_of(case, steps)
     faults = {name: Fault(FAULT * limit, system.moved(name, tuple(state), FAULT * limit))
               for name, limit in limits_of(case, walks, units).items()}  # fmt: skip
-    return Found(rows, Measured(drifts, rate=system.rates(tuple(state))), steps, units, faults,
+    return Found(rows, Measured(drifts, rate=system.rates(run)), steps, units, faults,
                  _over(case, steps), walks)  # fmt: skip
 
 

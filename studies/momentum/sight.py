@@ -25,6 +25,7 @@ from ..systems.runs import Rows, with_terms
 from .cause import KEPT, change_of_motion
 from .quantities import formula_of, round_offs
 from .records import Fault
+from .work import less_work
 
 FAULT = 16  # relative size of the fault that a verdict has to see, in units of the limit
 #: directions of a fault, and rows of a run at which it is made; of a sum of two alike momenta a
@@ -80,7 +81,10 @@ def key_of(name: str) -> str:
 
 
 class Keeps(Law):
-    """A quantity that each step has to keep, also beside the motion; no force changes it.
+    """A quantity that each step has to keep, also beside the motion.
+
+    worked: True for one that a force, or its own equation, changes: what it has to keep is the rest
+    (`less_work`).
 
     One of the step h has to be kept at steps that no method can know. One without h may hold the
     scene's step in a parameter, as integrals of integrable maps do, and is asked at that step.
@@ -88,12 +92,13 @@ class Keeps(Law):
 
     tries = 1
 
-    def __init__(self, quantity: Conserved) -> None:
-        self.quantity, self.name = quantity, key_of(quantity.name)
+    def __init__(self, quantity: Conserved, worked: bool = False) -> None:
+        self.quantity, self.name, self.worked = quantity, key_of(quantity.name), worked
+        self.of_attitude, self.along = quantity.attitude, worked
 
     def refusal(self, scheme: Scheme) -> str:
-        """Return "": a program's step may be held against it, too."""
-        return ""
+        """Return "" where the quantity is one of the state; a program is held against it, too."""
+        return "" if scheme.s.n or not self.of_attitude else "its steps tell no attitude."
 
     def longest(self, scheme: Scheme, place: Place, drawn: random.Random) -> Fraction:
         """Return the one step at which it is asked."""
@@ -108,7 +113,7 @@ class Keeps(Law):
 
         So says a method that is judged by its claims; L_d keeps what its symmetry gives.
         """
-        if scheme.rule.claims is None or self.quantity.of_step:
+        if scheme.rule.claims is None or self.quantity.of_step or self.worked:
             return []
         if not (starts := super().conspicuous(scheme)):
             return []
@@ -124,28 +129,31 @@ class Keeps(Law):
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return the change by one step, over the sum of the quantity's terms."""
         digits = _digits(scheme, place, step)
-        run = scheme.flow(step, digits).trajectory(1, **place.start)
-        numbers, formula = arithmetic(digits), formula_of(scheme, self.quantity, step)
-        values, terms = with_terms(scheme, formula, digits)(run)
-        units = round_offs(scheme, formula, run, terms, digits)
-        with numbers.working():
-            gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
-            change = float(gap / scale) if gap else 0.0
+        flow, numbers = scheme.flow(step, digits), arithmetic(digits)
+        run = flow.trajectory(1, **place.start)
+        if self.worked:
+            (_, change), units = less_work(flow, self.quantity, run, digits)
+        else:
+            formula = formula_of(scheme, self.quantity, step)
+            values, terms = with_terms(scheme, formula, digits)(run)
+            units = round_offs(scheme, formula, run, terms, digits)
+            with numbers.working():
+                gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
+                change = float(gap / scale) if gap else 0.0
         own = max(float(numbers.eps), scheme.rule.unit(digits)) if digits == 16 else numbers.eps
         limit = ROUNDINGS * float(own) * (1 + sum(units))
-        return Departure(change, limit, self.quantity.name, float(step))
+        return Departure(float(change), limit, self.quantity.name, float(step))
 
 
 @cache
-def keeps(quantity: Conserved) -> Keeps:
+def keeps(quantity: Conserved, worked: bool) -> Keeps:
     """Return the law of a quantity, one object, so that its departure is measured once."""
-    return Keeps(quantity)
+    return Keeps(quantity, worked)
 
 
-def laws_of(scheme: Scheme, quantities: Sequence[Any]) -> list[Keeps]:
-    """Return the laws of the quantities that need no attitude beside the scheme's state."""
-    return [keeps(q) for q in quantities if isinstance(q, Conserved) and q.stretch is None
-            and (scheme.s.n or not q.attitude)]  # fmt: skip
+def laws_of(quantities: Sequence[Any], worked: bool = False) -> list[Keeps]:
+    """Return the laws of quantities of a scene; worked: whether a force changes them (`Keeps`)."""
+    return [keeps(q, worked) for q in quantities if isinstance(q, Conserved)]
 
 
 def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:

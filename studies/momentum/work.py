@@ -12,25 +12,24 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import numeric
 from discmech.integrators.scene import Conserved
 
-from ..core.case import Case
 from ..systems.runs import with_terms
 from . import section
-from .quantities import formula_of, round_offs, scheme_for
+from .quantities import formula_of, round_offs
 
 
-def less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[float, float]]:
-    """Return per step the change of a quantity less the force's part, relative to the absolute
-    terms.
+def less_work(
+    flow: Flow, q: Conserved, run: Any, digits: int
+) -> tuple[np.ndarray, tuple[float, float]]:
+    """Return per step of a run the change of a quantity less the force's part, relative to the
+    absolute terms.
 
     See `_change`, `_change_along_orbit`; a nonholonomic momentum is compared with its equation,
     `section`. And the effect of round-off (`round_offs`).
     """
-    scheme = scheme_for(case, q.attitude)
-    flow = scheme.flow(case.scene.step, case.digits)
-    run = flow.trajectory(steps)
-    formula = formula_of(scheme, q, case.scene.step)
-    rows_of = with_terms(scheme, formula, case.digits)
-    units = round_offs(scheme, formula, run, rows_of(run)[1], case.digits)
+    scheme = flow.scheme
+    formula = formula_of(scheme, q, run.step)
+    rows_of = with_terms(scheme, formula, digits)
+    units = round_offs(scheme, formula, run, rows_of(run)[1], digits)
     slope = formula.jacobian(list(scheme.s.mu))
     linear = not slope.free_symbols & {*scheme.s.mu}
     if by_equation := q.kind == section.KIND:

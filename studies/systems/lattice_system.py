@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -20,7 +22,7 @@ from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
 from .modified_change import Change
 from .quantities import change, energies, momentum, of_symmetries
-from .reference import rates_at, solution
+from .reference import field_of, solution
 from .residual import step_defects
 from .system import End, Ladder, SiteMomentum, System
 
@@ -31,6 +33,7 @@ COARSE, HIGHER = 32, 8  # steps of the coarsest run, and the divisor of them fro
 STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
 #: round-off of some hundred steps, as a share of the largest number of a kind of values
 LEAST = 2.0**-46
+DRAWN, FAINT = 16, 8  # states of `rates`, and the power of 1/2 of the nearest to the run
 PAIRS = 2  # pairs of variations that test the form at a state
 #: more digits: steps of the coarsest run, and coordinates up to which a series ends within seconds
 FEW, COORDINATES = 8, 40
@@ -218,11 +221,35 @@ class LatticeSystem(System):
         changes = lattice_changes(self.scheme, steps)
         return [] if changes is None else changes.rows(_run(self.scheme, steps, True).size)
 
-    def rates(self, state: Pair) -> dict[str, float]:
-        """Return |dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""
-        parts = of_symmetries(self.lattice)
-        rates = rates_at(self.scheme, *state) if parts else state
-        return {name: change(self.scheme, part, state, rates) for name, part in parts.items()}
+    def rates(self, run: LongRun) -> dict[str, float]:
+        """Return the largest |dJ/dt| of the momenta of a lattice's symmetries, over their terms.
+
+        It is by the equations of motion at DRAWN states, near to those of a run and beside them by
+        shares of their size (x only on pairs), at times drawn over the motion; states where the
+        equations are not real are left out. Constraints would be left by such states: it is empty.
+        """
+        parts, lattice = of_symmetries(self.lattice), self.lattice
+        if not parts or lattice.constraint is not None:
+            return {}
+        drawn, (x0, near) = np.random.default_rng(0), lattice.start
+        states: list[Any] = run.states
+        fields = [field_of(self.scheme, x0.shape, near, part=e) for e in (np.asarray, abs)]
+        most = [max(float(abs(row[k]).max(initial=0)) for row in states) or 1.0 for k in (1, 2)]
+        most[0] *= lattice.groupoid.canonical
+        worst = dict.fromkeys(parts, 0.0)
+        for _, *row in itertools.islice(itertools.cycle(states), DRAWN):
+            t, share = drawn.uniform(0, run.t[-1]), 2.0 ** -drawn.uniform(1, FAINT)
+            x, mu = (e + share * size * lattice.free[:, None] * drawn.uniform(-1, 1, e.shape)
+                     for e, size in zip(row, most, strict=True))  # fmt: skip
+            with np.errstate(all="ignore"), suppress(CannotMeasure):
+                rates, sizes = (
+                    [e.reshape(len(x), -1) for e in np.split(of(t, np.r_[x.ravel(), mu.ravel()]),
+                                                             [x.size])] for of in fields
+                )  # fmt: skip
+                for name, part in parts.items():
+                    one = change(self.scheme, part, (x, mu), rates, sizes)
+                    worst[name] = max(worst[name], one if math.isfinite(one) else 0.0)
+        return worst
 
     def moved(self, name: str, state: Pair, size: float) -> float:
         """Return the change of a momentum, over its terms, where a fault moves x and μ.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -77,13 +77,17 @@ def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarr
 
 
 def change(
-    scheme: Any, part: Part, at: tuple[np.ndarray, np.ndarray], rates: tuple[np.ndarray, np.ndarray]
-) -> float:
-    """Return |dJ/dt| of a quantity if (x, μ) changes at these rates, over the sum of its terms."""
+    scheme: Any, part: Part, at: tuple[np.ndarray, np.ndarray], rates: Sequence[np.ndarray],
+    sizes: Sequence[np.ndarray],
+) -> float:  # fmt: skip
+    """Return |dJ/dt| of a quantity if (x, μ) changes at these rates, over the sum of its terms.
+
+    sizes: the sums of the absolute terms of the rates.
+    """
     slopes = _slopes(scheme, part, *at)
-    terms = [e * rate.T for e, rate in zip(slopes, rates, strict=True)]
-    whole = sum(e.sum(axis=(1, 2)) for e in terms)
-    size = sum(abs(e).sum(axis=(1, 2)) for e in terms)
+    whole, size = (sum(np.asarray(of(e) * rate.T).sum(axis=(1, 2))
+                       for e, rate in zip(slopes, rows, strict=True))
+                   for of, rows in ((np.asarray, rates), (abs, sizes)))  # fmt: skip
     return float(abs(np.asarray(whole)).max() / (np.max(size) or 1.0))
 
 

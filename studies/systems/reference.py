@@ -62,18 +62,17 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
     return ends[0][0].reshape(x.shape), ends[0][1].reshape(mu.shape), known
 
 
-def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
-    slopes = field_of(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
-    return slopes[: x.size].reshape(x.shape), slopes[x.size :].reshape(mu.shape)
-
-
 def field_of(
-    scheme: Any, shape: tuple[int, ...], near: np.ndarray, most: float | None = None
+    scheme: Any,
+    shape: tuple[int, ...],
+    near: np.ndarray,
+    most: float | None = None,
+    part: Any = np.asarray,
 ) -> Any:
     """Return the vector field on all x and then all μ, as scipy calls it.
 
-    most: how often it may be asked; None for any number.
+    most: how often it may be asked; None for any number. part: of the terms of a site and of each
+    bond, before they are added up, such as `abs`; without constraints.
     """
     lattice, ((s, _, _), (bond, _, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
@@ -92,10 +91,10 @@ def field_of(
         of_sites, of_bonds = (values for _, values, _ in scheme.terms_at(t))
         xi = velocities(flow, x[None], mu[None], near[None], np.array([t]))[0].astype(float)
         slopes = own(list(x.T), list(xi.T), list(mu.T), of_sites).astype(float)
-        rate = np.broadcast_to(slopes, (n + m, N)).T
+        rate = part(np.broadcast_to(slopes, (n + m, N)).T)
         of_mu = rate[:, n:].copy()
         (forces,) = of_all(tie, len(pairs), *at_ends(pairs, x, xi), of_bonds)
-        np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))
+        np.add.at(of_mu, pairs, part(forces[:, 0].T.reshape(len(pairs), 2, m)))
         of_x, of_mu = rate[:, :n] * free, of_mu * free
         if scheme.constraints:
             of_mu = Linearised(scheme, x, xi, t=t).momentum_change(of_x.ravel(), of_mu)

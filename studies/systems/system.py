@@ -125,8 +125,8 @@ class System(ABC):
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return (H, the sum of its absolute terms) per row of a run, (r,) each."""
 
-    def rates(self, state: tuple[Any, Any]) -> dict[str, float]:
-        """Return |dJ/dt| of its own `momenta` in a state, by the equations, over their terms."""
+    def rates(self, run: Any) -> dict[str, float]:
+        """Return the largest |dJ/dt| of its own `momenta` beside a run, over their terms."""
         return {}
 
     def moved(self, name: str, state: Any, size: float) -> float:

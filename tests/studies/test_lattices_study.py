@@ -287,7 +287,7 @@ def test_a_symmetry_of_one_s_own_gives_a_momentum_that_is_judged():
     momentum = get("momentum")
     case = Case("momentum", wrong, rules.get("midpoint"), 16, 2000)
     found = run_case(momentum, case)
-    assert found["verdict"] == "fail" and "It is no symmetry of L" in found["reason"]
+    assert found["verdict"] == "fail" and "is no symmetry of L" in found["reason"]
     keys = {
         of_case(momentum, c, timed=False) for c in (case, replace(case, scene=turning(**right)))
     }

@@ -68,7 +68,7 @@ def test_quantities_of_the_attitude_are_held_where_it_is_a_part_of_the_state():
         case = Case("momentum", BODY, program, 16)
         quantities = measured_in(case)
         assert ("spatial angular momentum" in {q.name for q in quantities}) == seen
-        laws = {law.name for law in laws_of(case.scheme, quantities)}
+        laws = {law.name for law in laws_of(quantities)}
         assert ("keeps spatial angular momentum" in laws) == seen and "keeps |μ|²" in laws
 
 
