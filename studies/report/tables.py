@@ -37,7 +37,7 @@ _LEVELS = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|([₀₁₂₃₄₅�
 _FLAT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
 #: a letter with an exponent, and a letter with its value
 _POWER = re.compile(r"(?<![\w\\$}])([A-Za-z])(?=\$\^)")
-_VALUE = re.compile(r"(?<![\w\\$}])([A-Za-z] = \d[\d.]*)(?![\w$])")
+_VALUE = re.compile(r"(?<![\w\\$}])([A-Za-z] = \d[\d./]*)(?![\w$])")
 _SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 
 

@@ -155,7 +155,7 @@ def test_two_values_are_rules_like_others_and_labels_may_name_their_file(mine, t
     words += ["--label", f"{rules[0]}=b = 1/2", "--digits", "16", "--steps", "64"]
     assert main([*words, "--folder", str(tmp_path)]) == 0
     assert not (tmp_path / "figures" / "order-varied.svg").exists()
-    assert "b = 1/2" in (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
+    assert "$b = 1/2$ &" in (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
     assert (tmp_path / "figures" / "order-16.svg").is_file()
 
 
@@ -174,7 +174,7 @@ def test_a_rule_or_one_of_its_values_has_a_label_and_its_curve(mine, tmp_path, l
     words += ["--digits", "16", "--steps", "64", "--label", label, "--folder", str(tmp_path)]
     assert main(words) == 0
     table = (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
-    assert f"\n{row} & 2.000" in table and "harmonic, C" in table and "h$^{2}$ at t = 10" in table
+    assert f"\n{row} & 2.000" in table and "harmonic, C" in table and "$h^{2}$ at $t = 10$" in table
     assert title.lower() in (tmp_path / "figures" / "order-varied.svg").read_text("utf-8").lower()
 
 
