@@ -77,6 +77,8 @@ def drift(
         for case, curve, share in zip(cases, drawn, shares(axes, drawn), strict=True):
             mark = marks[case.method]
             style = {"color": mark.colour, "clip_on": False, **share.line(mark, 0.8)}
+            if len(curve) == 1:  # a line of one point has no length
+                style |= {"marker": mark.marker, "markersize": 3.6}
             if curve:
                 axes.plot(*zip(*curve, strict=True), zorder=2.5, **style)
             end = curve[-1][1] if curve else floor
