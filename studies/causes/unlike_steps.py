@@ -12,12 +12,10 @@ import numpy as np
 from discmech import reference
 from discmech.integrators import DiscmechError
 from discmech.integrators.numbers import Vector
-from discmech.reference import many_motions
 
 from ..core.case import Case
 from ..evidence import evidence_of
-from ..evidence.isolated import UNLIKE
-from ..evidence.rows import velocities
+from ..evidence.isolated import UNLIKE, errors_of_steps, name_of
 from .first_terms import Told
 
 #: the steps of a run that are looked at, of which one in `LONGEST` is seen three times
@@ -49,13 +47,9 @@ def of_unlike_steps(case: Case) -> Told | None:
     try:
         flow = scheme.flow(case.scene.step)
         run = flow.trajectory(STEPS)
-        x, mu, v = (np.asarray(e, dtype=float) for e in (run.x, run.mu, velocities(scheme, run)))
-        h, scale = float(flow.step), np.abs(np.hstack([x, mu])).max(axis=0)
-        spans, by = np.full(STEPS, h), np.ones(x.shape[1] + v.shape[1])
-        ends = many_motions(scheme.scene).after(x[:-1], v[:-1], h * np.arange(STEPS), spans, by)
+        gaps, _ = errors_of_steps(scheme, run, np.arange(STEPS))
     except (DiscmechError, reference.ReferenceFailure):
         return None
-    gaps = np.abs(np.hstack([x, mu])[1:] - np.hstack([ends.x, ends.mu])) / np.where(scale, scale, 1)
     off = gaps.max(axis=1)
     usual = np.array([np.quantile(off[max(0, k - BESIDE) : k + BESIDE + 1], 0.25)
                       for k in range(STEPS)])  # fmt: skip
@@ -64,7 +58,7 @@ def of_unlike_steps(case: Case) -> Told | None:
         return None
     k = wrong[int(off[wrong].argmax())]
     entry = int(gaps[k].argmax())
-    name = f"x[{entry}]" if entry < x.shape[1] else f"mu[{entry - x.shape[1]}]"
+    name = name_of(entry, run)
     return "unlike steps", (
         f"one step in {period} of a run is another than those beside it: step {k + 1} is off by "
         f"{off[k]:.1g} of the motion in {name}, where they are off by {usual[k]:.1g}; look for "

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -28,7 +26,7 @@ from discmech.integrators.numbers import sympy
 from discmech.integrators.rules import METHODS, compose, with_parameters
 
 from .parts import parts_of
-from .userfile import UserFile, is_of_bench, load, loaded
+from .userfile import UserFile, load, loaded
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
 _Answer = TypeVar("_Answer")
@@ -344,33 +342,6 @@ def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
                 f'two {kind.noun}s are called {name}: give one of them another name="...".'
             )
     return tuple(each)
-
-
-def names_apart(rules: Sequence[Any]) -> list[str]:
-    """Return the names of rules; of several with one name those of their files stand before it.
-
-    What has one file, too, is numbered. One of the bench keeps its name.
-    """
-    names = {rule: str(getattr(rule, "name", "")) for rule in rules}
-
-    def with_file(rule: Any) -> str:
-        return f"{_file_of(rule)}-{names[rule]}".lstrip("-")
-
-    def with_number(rule: Any) -> str:
-        return f"{names[rule]} ({[r for r in names if names[r] == names[rule]].index(rule) + 1})"
-
-    for made in (with_file, with_number):
-        often = Counter(names.values())
-        names = {rule: made(rule) if often[name] > 1 and not is_of_bench(rule) else name
-                 for rule, name in names.items()}  # fmt: skip
-    return [names[rule] for rule in rules]
-
-
-def _file_of(rule: Any) -> str:
-    """Return the name of the file that has a rule's function."""
-    with suppress(AttributeError, TypeError, OSError):  # a program and a notebook have none
-        return Path(inspect.getfile(inspect.unwrap(rule.formula))).stem
-    return ""
 
 
 # -- of the bench, and of files -------------------------------------------------------------------

@@ -8,8 +8,10 @@ in the user's cache: the imports, and of the rest only the statements on which i
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
@@ -29,7 +31,7 @@ from discmech.integrators.scene import Opaque, reads
 
 from . import lookup
 from .environment import absolute
-from .userfile import OF_USER, UserFile, binds, loaded, program, things_in
+from .userfile import OF_USER, UserFile, binds, is_of_bench, loaded, program, things_in
 
 
 def address_of(thing: Any) -> str:
@@ -266,3 +268,30 @@ def _statements(cell: str) -> Iterator[tuple[ast.stmt, bool]]:
                 yield from ((each, True) for each in node.body)
             else:
                 yield node, False
+
+
+def names_apart(rules: Sequence[Any]) -> list[str]:
+    """Return the names of rules; of several with one name those of their files stand before it.
+
+    What has one file, too, is numbered. One of the bench keeps its name.
+    """
+    names = {rule: str(getattr(rule, "name", "")) for rule in rules}
+
+    def with_file(rule: Any) -> str:
+        return f"{_file_of(rule)}-{names[rule]}".lstrip("-")
+
+    def with_number(rule: Any) -> str:
+        return f"{names[rule]} ({[r for r in names if names[r] == names[rule]].index(rule) + 1})"
+
+    for made in (with_file, with_number):
+        often = Counter(names.values())
+        names = {rule: made(rule) if often[name] > 1 and not is_of_bench(rule) else name
+                 for rule, name in names.items()}  # fmt: skip
+    return [names[rule] for rule in rules]
+
+
+def _file_of(rule: Any) -> str:
+    """Return the name of the file that has a rule's function."""
+    with suppress(AttributeError, TypeError, OSError):  # a program and a notebook have none
+        return Path(inspect.getfile(inspect.unwrap(rule.formula))).stem
+    return ""

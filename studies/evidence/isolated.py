@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import DiscmechError, Scheme
-from discmech.integrators.numbers import Vector
+from discmech.integrators.numbers import Matrix, Vector
 from discmech.reference import ReferenceFailure, many_motions
 
 from .order import ComponentOrder
@@ -65,20 +65,15 @@ def _largest(scheme: Any, count: int) -> tuple[float, float, str, Any] | None:
         return None
     try:
         run = run_of(scheme, count)
-        x, mu, v = (np.asarray(e, dtype=float) for e in (run.x, run.mu, velocities(scheme, run)))
-        rows = np.hstack([x, mu])
+        rows = np.hstack([run.x, run.mu]).astype(float)
         scale = np.abs(rows).max(axis=0)
-        scale = np.where(scale, scale, 1)
-        least = sorted(peaks(rows / scale, 1, scheme.rule.unit(16)), reverse=True)[:MOST]
-        h, worst = float(run.step), (0.0, 0, 0)
+        least = sorted(peaks(rows / np.where(scale, scale, 1), 1, scheme.rule.unit(16)))[-MOST:]
+        worst = (0.0, 0, 0)
         for _, row in least:
             at = np.arange(max(0, row - ORDER - BESIDE), min(count, row + ORDER + BESIDE))
-            by = np.ones(x.shape[1] + v.shape[1])
-            ends = many_motions(scheme.scene).after(x[at], v[at], h * at, np.full(len(at), h), by)
-            exact = np.hstack([ends.x, ends.mu])
-            off = np.abs(rows[at + 1] - exact) / scale
+            off, error = errors_of_steps(scheme, run, at)
             size = off.max(axis=1)
-            known = CLEAR * (scheme.rule.unit(16) + (ends.error / scale).max(axis=1))
+            known = CLEAR * (scheme.rule.unit(16) + error.max(axis=1))
             unlike = (size > STANDS_OUT * np.quantile(size, 0.25)) & (size > known)
             for k in np.flatnonzero(unlike):
                 worst = max(worst, (float(size[k]), int(at[k]), int(off[k].argmax())))
@@ -86,8 +81,24 @@ def _largest(scheme: Any, count: int) -> tuple[float, float, str, Any] | None:
         return None
     if not worst[0]:
         return None
-    return worst[0], h, _name(worst[2], x), worst[1] * run.step
+    return worst[0], float(run.step), name_of(worst[2], run), worst[1] * run.step
 
 
-def _name(entry: int, x: Vector) -> str:
-    return f"x[{entry}]" if entry < x.shape[1] else f"mu[{entry - x.shape[1]}]"
+def errors_of_steps(scheme: Any, run: Any, at: Vector) -> tuple[Matrix, Matrix]:
+    """Return how far the steps from rows `at` (r,) of a run end from the motion, (r, k), and how
+    far the motion is known, both over the largest of each component in the run.
+
+    Raises `ReferenceFailure` for a scene that can have no reference.
+    """
+    x, mu, v = (np.asarray(e, dtype=float) for e in (run.x, run.mu, velocities(scheme, run)))
+    h, rows, by = float(run.step), np.hstack([x, mu]), np.ones(x.shape[1] + v.shape[1])
+    ends = many_motions(scheme.scene).after(x[at], v[at], h * at, np.full(len(at), h), by)
+    scale = np.abs(rows).max(axis=0)
+    scale = np.where(scale, scale, 1)
+    return np.abs(rows[at + 1] - np.hstack([ends.x, ends.mu])) / scale, ends.error / scale
+
+
+def name_of(entry: int, run: Any) -> str:
+    """Return the name of a component of (x, μ)."""
+    n = np.shape(run.x)[1]
+    return f"x[{entry}]" if entry < n else f"mu[{entry - n}]"

@@ -56,7 +56,7 @@ def check(
         steps=None if steps is None else whole("steps")(str(steps)),
     )
     asked = _study(study)
-    names = lookup.names_apart(chosen.rules)
+    names = words.names_apart(chosen.rules)
     named = tuple(rule if rule.name == name else replace(rule, name=name)
                   for rule, name in zip(chosen.rules, names, strict=True))  # fmt: skip
     result = run_study(asked, replace(chosen, rules=named))

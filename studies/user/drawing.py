@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from discmech.integrators.errors import BadInput, shown, unknown
 
-from ..core.lookup import names_apart
+from ..core.words import names_apart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
