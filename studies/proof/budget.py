@@ -27,7 +27,7 @@ class Budget:
     def __init__(self, seconds: float) -> None:
         self.left = seconds
         self._begun, self._inside = 0.0, False
-        self._before: Any = None
+        self._before: list[Any] = []  # the handler; None is one that Python did not set
 
     def __enter__(self) -> Budget:
         if self.left <= 0:
@@ -35,7 +35,7 @@ class Budget:
         self._begun, self._inside = time.process_time(), True
         if self.left < math.inf and hasattr(signal, "setitimer"):
             with suppress(ValueError):  # outside of the main thread
-                self._before = signal.signal(signal.SIGPROF, self._stop)
+                self._before = [signal.signal(signal.SIGPROF, self._stop)]
                 signal.setitimer(signal.ITIMER_PROF, self.left, AGAIN)
         return self
 
@@ -44,10 +44,9 @@ class Budget:
         trace: TracebackType | None,
     ) -> None:  # fmt: skip
         self._inside = False
-        if self._before is not None:
+        if self._before:
             signal.setitimer(signal.ITIMER_PROF, 0)
-            signal.signal(signal.SIGPROF, self._before)
-            self._before = None
+            signal.signal(signal.SIGPROF, self._before.pop() or signal.SIG_DFL)
         # the timer may be a tick before the clock
         self.left -= self.left if kind is OutOfTime else time.process_time() - self._begun
 
