@@ -26,6 +26,9 @@ KINDS = (
     ("run", VERMILLION, "s", -0.14, VERMILLION, "■ along a run"),
 )
 LEFT = 0.98
+#: decades that an axis may have beyond the defects for the sake of a limit; a limit is less far
+#: above round-off, and so it is left out only for defects far below that
+BEYOND = 6
 RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room
 CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
 
@@ -46,9 +49,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         spots = _places(cases)
         ends = [_ends(case, kind[0]) for case in cases for kind in KINDS]
         values = [value for pair in ends for value in pair if value > 0]
-        high = max([*values, *(3 * limit for limit in limits), unit * 10])
-        low = min([*values, unit])
-        log_axis(axes, "x", log_limits([low, high], 0.03))
+        log_axis(axes, "x", _limits(values, [unit, *(3 * limit for limit in limits)]))
         axes.set_ylim(-max(spots) - 0.8, 0.6)
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
@@ -78,6 +79,16 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
     spoken += f" The worst of all is {scientific(worst)}."
     drawn = [kind[5] for kind in KINDS if any(_values(case, kind[0]) for case in cases)]
     return Panel(title, "", "defect: " + ", ".join(drawn), spoken, draw)
+
+
+def _limits(defects: Sequence[float], marks: Sequence[float]) -> Any:
+    """Return the limits of an axis of defects with these marks, but for marks far above them all.
+
+    So defects have a third of the axis or more, unless marks are below them.
+    """
+    low, high = min(defects, default=min(marks)), max(defects, default=max(marks))
+    far = max(BEYOND, 2 * math.log10(high / low))
+    return log_limits([low, *defects, *(m for m in marks if m <= high * 10**far)], 0.03)
 
 
 def _places(cases: Sequence[Case]) -> list[float]:
@@ -112,10 +123,13 @@ def _names(
 
 
 def _above(axes: Axes, x: float, words: str, side: str) -> None:
-    """Write words over a line; words that would pass the right edge end there, a line higher."""
+    """Write words over a line, or at the edge of an axis that ends before it.
+
+    Words that would pass the right edge end there, a line higher.
+    """
     low, high = axes.get_xlim()
-    if not low <= x <= high:
-        return
+    words = f"{words} →" if x > high else words  # which has no place on this axis
+    x = min(x, high)
     beyond = side == "left" and math.log(x / low) > RIGHTMOST * math.log(high / low)
     where: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "xytext": (0, 2)}
     if beyond:

@@ -22,7 +22,7 @@ DEFECTS = (
     "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
     "verdict uses; under a force or a nonholonomic constraint no form is demanded, which is said "
     "beside the rule, and its change is only shown (the table says how far it is from what the "
-    "force does). Dotted: one unit of round-off."
+    "force does). Dotted: one unit of round-off. An arrow: it is beyond the axis."
 )
 CONTROLS = (
     "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
