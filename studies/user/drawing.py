@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,8 +41,9 @@ def plot(
 
     kind, for runs: "phase" (the default), entry i of x against that of μ, of a Lagrangian that is
     linear in v pairs of entries of x, or on a group pairs of momenta; "energy", the relative error
-    of the energy against time (with contact or a force its change); "base", the path of x (with one
-    coordinate or more than three, as "time"); "time", each coordinate that moves against time, the
+    of the energy against time (with contact or a force its change); "base", the path of x, or of
+    the place in it (with one coordinate or more than three, as "time"); "time", each coordinate
+    that moves against time, the
     sites of a lattice together in colours by their numbers; "control" (the default of a motion that
     was steered), each control against time. Of more than nine panels nine are drawn, which their
     names tell.
@@ -127,8 +129,8 @@ def known_rules(labels: Mapping[str, str], rules: Sequence[str]) -> None:
 class _Run:
     """A run with the name and the look of its rule.
 
-    x and mu have the shape (r, sites, n): of a scene there is one site. moving: the sites that are
-    not fixed.
+    x and mu have the shape (r, sites, n): of a scene there is one site. The impacts of a scene are
+    rows too, without momenta, which jump there. moving: the sites that are not fixed.
     """
 
     def __init__(self, run: Any, rule: str, look: Look, angles: tuple[int, ...]) -> None:
@@ -142,6 +144,13 @@ class _Run:
         self.lattice = run.x.ndim == 3
         parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]
         self.x, self.mu = (part if self.lattice else part[:, None] for part in parts)
+        impacts = getattr(run, "impacts", None)
+        if impacts is not None and not self.lattice:
+            times, places = (np.asarray(part, dtype=float) for part in (impacts.t, impacts.x))
+            rows = np.searchsorted(self.t, times)
+            self.t, self.mu = (np.insert(part, rows, v, 0) for part, v in
+                               ((self.t, times), (self.mu, np.nan)))  # fmt: skip
+            self.x = np.insert(self.x, rows, places[:, None], 0)
         sites = range(self.x.shape[1])
         self.moving = [k for k in sites if not self.lattice or self.mu[:, k].any()]
         self.controls: Any = getattr(run, "node_controls", None)
@@ -163,8 +172,8 @@ class _Run:
 
         values = self.column(name, site, k)
         kin = {"t": self.t, "control": self.controls}.get(name, getattr(self, name, None))
-        size = np.abs(np.asarray(kin, dtype=float)).max(initial=0)
-        return not (np.abs(values - values[0]) <= ROUNDED * size).all()
+        size = np.nanmax(np.abs(np.asarray(kin, dtype=float)), initial=0)
+        return bool((np.abs(values - values[0]) > ROUNDED * size).any())
 
     def wraps(self, name: str, k: int) -> bool:
         """True if an entry is an angle to be wrapped."""
@@ -239,17 +248,13 @@ def _tones(axes: Axes, sites: int) -> Any:
 
 
 def _cuts(run: _Run, across: Entry, up: Entry, columns: Sequence[Any]) -> Any:
-    """Return the rows before which a line is broken: where an angle wraps, or momenta jump."""
+    """Return the rows before which a line is broken: where an angle wraps."""
     import numpy as np
 
     cut = np.zeros(len(run.t), bool)
     for (letter, _, k), values in zip((across, up), columns, strict=True):
         if run.wraps(letter, k):
             cut[1:] |= np.abs(np.diff(values)) > np.pi
-    impacts = getattr(run.run, "impacts", None)
-    if impacts is not None and not run.lattice and "mu" in (across[0], up[0]):
-        rows = np.searchsorted(run.t, np.asarray(impacts.t, dtype=float))
-        cut[rows[rows < len(cut)]] = True
     return np.flatnonzero(cut)
 
 
@@ -335,11 +340,49 @@ def _phase(runs: Sequence[_Run]) -> list[Panel]:
 
 
 def _base(runs: Sequence[_Run]) -> list[Panel]:
-    n = runs[0].x.shape[-1]
-    if runs[0].lattice or not 1 < n < 4:  # with four or more coordinates no pair is the path
+    if not (pairs := pairs_of_path(runs[0].subject, runs[0].x.shape[-1])):
         return _time(runs)
     return [_against(runs, ("x", 0, i), [("x", 0, j)], runs[0].name("x", 0, j), path=True)
-            for i in range(n) for j in range(i + 1, n)]  # fmt: skip
+            for i, j in pairs]  # fmt: skip
+
+
+def pairs_of_path(subject: Any, n: int) -> list[tuple[int, int]]:
+    """Return the pairs of the n entries of x that show its path; [] without one: then it is drawn
+    against time.
+
+    With four or more coordinates no pair is the path, but that of a place among them.
+    """
+    if not hasattr(subject, "groupoid"):  # a lattice
+        return []
+    place = [int(k) for k in frame_of(subject.groupoid, n)[0]]
+    return [*combinations(place or range(n if n < 4 else 0), 2)]
+
+
+def frame_of(groupoid: Any, n: int) -> tuple[Any, Any]:
+    """Return the entries of x that are a body's place, and those of its attitude's rows.
+
+    They are arrays (d,) and (d, d) of indices, d = 2 or 3, where x is a rotation, a rotation and a
+    place in one matrix, or a place beside a rotation. The place of a rotation alone is empty, and
+    so are both of any other x.
+    """
+    import numpy as np
+
+    nowhere, parts = np.arange(0), [*getattr(groupoid, "parts", ())]
+    if len(parts) == 2 and parts[0].canonical:
+        d = parts[0].dim_x
+        place, attitude = frame_of(parts[1], n - d)
+        if len(attitude) == d and not len(place):
+            return np.arange(d), attitude + d
+    size = groupoid.algebra.size if getattr(groupoid, "rows", 1) > 1 else 0
+    if size and n == size**2:
+        basis: Any = np.array(
+            [[[complex(e) for e in row] for row in m] for m in groupoid.algebra.basis]
+        )
+        d = size if basis[:, -1].any() else size - 1
+        turns, entries = basis[:, :d, :d], np.arange(n).reshape(size, size)[:d]
+        if d in (2, 3) and not (turns + turns.swapaxes(1, 2)).any():
+            return entries[:, d:].ravel(), entries[:, :d]
+    return nowhere, nowhere
 
 
 def _time(runs: Sequence[_Run]) -> list[Panel]:
@@ -372,6 +415,8 @@ def _control(runs: Sequence[_Run]) -> list[Panel]:
 
 
 def _energy(runs: Sequence[_Run]) -> list[Panel]:
+    import numpy as np
+
     from ..core.case import Case
     from ..systems import system_of
     from ..systems.runs import energy_errors, energy_with_terms
@@ -390,6 +435,6 @@ def _energy(runs: Sequence[_Run]) -> list[Panel]:
             label = "relative change of the energy"
         else:
             errors = energy_errors(run.run.scheme, run.run, 16)
-        run.x = errors.reshape(-1, 1, 1)
+        run.t, run.x = np.asarray(run.run.t, dtype=float), errors.reshape(-1, 1, 1)
         run.angles, run.moving = (), [0]
     return [_against(runs, ("t", 0, 0), [("x", 0, 0)], label)]

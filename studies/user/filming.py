@@ -13,6 +13,8 @@ from discmech.integrators.equations.symbols import SceneSymbols
 from discmech.integrators.errors import BadInput, shown
 from discmech.integrators.numbers import sympy
 
+from .drawing import frame_of, subject_of
+
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
 
@@ -21,7 +23,7 @@ BETWEEN = 16  # most points of a trail from frame to frame: a path has no corner
 MOST_TRAILS = 12
 MARKS = "osD^v<>P"
 INCHES = 3.6
-EXAMPLE = "lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]]"
+EXAMPLE = "lambda x: [[0, 0], [np.sin(x[0]), -np.cos(x[0])]]"
 
 
 def film(
@@ -48,7 +50,6 @@ def film(
     bodies that do not return such points.
     """
     from ..report.canvas import our_style
-    from .drawing import subject_of
 
     if (subject := subject_of(run)) is None:
         raise BadInput(
@@ -80,14 +81,17 @@ def _film(
     from ..report.palette import CYCLE, MUTED, PAPER
 
     lattice = np.ndim(run.x) == 3
-    shape = bodies or (_of_lattice if lattice else _usual)(scene, run.x.shape[-1])
     x = np.asarray(run.x, dtype=float)
+    shape = bodies or (_of_lattice(scene, run.x.shape[-1]) if lattice else _usual(scene, x))
     x = x[..., 0] if lattice and x.shape[-1] == 1 else x
     rows = np.unique(np.linspace(0, len(run.t) - 1, MOST_FRAMES).astype(int))
     frames = [_polylines(shape, x[row]) for row in rows]
     every = np.concatenate([points for frame in frames for points in frame])
-    if not np.isfinite(every).all() or len({points.shape[1] for f in frames for points in f}) > 1:
-        raise BadInput("bodies gives numbers that are not finite, or points of 2 and of 3 numbers.")
+    if not np.isfinite(every).all() or len({tuple(p.shape[1] for p in f) for f in frames}) > 1:
+        raise BadInput(
+            "bodies(x) returns numbers that are not finite, points of 2 and of 3 numbers, or now "
+            "more and now fewer lists of points: let it return the same bodies for every x."
+        )
     size = every.shape[1]
     figure = Figure(figsize=(INCHES, INCHES), facecolor=PAPER)
     axes: Any = figure.add_subplot(projection="3d" if size == 3 else None)
@@ -148,23 +152,19 @@ def _names(shape: tuple[int, ...], lattice: bool, own: bool, size: int) -> list[
     return ["x", "y", "z"][:size]
 
 
-def _pose(groupoid: Any, n: int) -> int:
-    """Return the size of the matrix that x is, 3 of an attitude and 4 of a pose; 0 for others."""
-    size = groupoid.algebra.size if getattr(groupoid, "rows", 1) > 1 else 0
-    return size if size in (3, 4) and n == size**2 else 0
+def _usual(scene: Any, x: Any) -> Callable[..., Any]:
+    """Return the default function for the bodies of a scene whose run has the rows x."""
+    groupoid, n = scene.groupoid, x.shape[-1]
+    place, attitude = frame_of(groupoid, n)
+    if d := len(attitude):
+        at = x[:, place] if len(place) else np.zeros((1, d))
+        long = float(np.ptp(at, axis=0).max()) / 8 or 1.0
 
-
-def _usual(scene: Any, n: int) -> Callable[..., Any]:
-    """Return the default function for the bodies of a scene."""
-    groupoid = scene.groupoid
-    parts = [*getattr(groupoid, "parts", ())]  # a body in space: its place beside its attitude
-    beside = [p.dim_x for p in parts] == [3, 9] and parts[0].canonical and _pose(parts[1], 9)
-    if size := beside or _pose(groupoid, n):
-
-        def axes(x: Any) -> Any:
-            pose = x[3 if beside else 0 :].reshape(size, size)
-            place = x[:3] if beside else pose[:3, 3] if size == 4 else np.zeros(3)
-            return [np.array([place, place + column]) for column in pose[:3, :3].T]
+        def axes(row: Any) -> Any:
+            at = row[place] if len(place) else np.zeros(d)
+            tips = [at + long * column for column in row[attitude].T]
+            # the path left behind is that of the last point: of the place, if there is one
+            return [np.array([tip, at] if len(place) else [at, tip]) for tip in tips]
 
         return axes
     masses = scene.parameters.get("masses", ())
@@ -186,12 +186,12 @@ def _has_curved_coordinates(scene: Scene) -> bool:
 def _of_lattice(lattice: Any, n: int) -> Callable[..., Any]:
     """Return the default function for the sites of a lattice: rows of points joined by bonds."""
     bonds = {(min(bond), max(bond)) for bond in np.asarray(lattice.pairs).tolist()}
-    pose, columns = _pose(lattice.site, n), _columns(bonds, lattice.sites)
-    if not (n in (2, 3) or pose == 4 or (n == 1 and columns)):
+    (place, _), columns = frame_of(lattice.site, n), _columns(bonds, lattice.sites)
+    if not (n in (2, 3) or len(place) or (n == 1 and columns)):
         raise _no_place(lattice, n)
 
     def rows(x: Any) -> Any:
-        points = x.reshape(-1, 4, 4)[:, :3, 3] if pose else x
+        points = x[:, place] if len(place) else x
         if n == 1:
             row, column = np.divmod(np.arange(len(x)), columns)
             places = [column] if columns == len(x) else [column, row]
@@ -217,10 +217,11 @@ def _columns(bonds: set[tuple[int, int]], sites: int) -> int:
 
 
 def _no_place(subject: Any, n: int) -> BadInput:
-    return BadInput(
-        f"{subject.name}: x has {n} numbers, which need not be a place: say where its bodies are, "
-        f"as film(run, {EXAMPLE})."
-    )
+    said = f"has {n} numbers, which need not be a place: say where its bodies are, as film(run, "
+    said += f"{EXAMPLE})."
+    if n == 0:  # on a group
+        said = "is empty here: film a run of scene.with_attitude(), whose x is the body's attitude."
+    return BadInput(f"{subject.name}: x {said}")
 
 
 def _polylines(bodies: Callable[..., Any], x: Any) -> list[Any]:
@@ -228,15 +229,22 @@ def _polylines(bodies: Callable[..., Any], x: Any) -> list[Any]:
     try:
         points = bodies(x)
     except Exception as error:  # a user's function may raise anything
-        raise BadInput(f"bodies(x) raises {type(error).__name__}: {error}.") from error
+        raise _unfit(x, f"raises {type(error).__name__}: {error}") from error
     try:
         rows = [np.asarray(points, dtype=float)]
     except (TypeError, ValueError):  # rows of different lengths
-        rows = [np.asarray(row, dtype=float) for row in points]
+        try:
+            rows = [np.asarray(row, dtype=float) for row in points]
+        except (TypeError, ValueError):
+            raise _unfit(x, f"returns {shown(points)}") from None
     rows = [part for row in rows for part in (row if row.ndim == 3 else [row])]
     if not rows or any(row.ndim != 2 or row.shape[1] not in (2, 3) for row in rows):
-        shapes = ", ".join(str(row.shape) for row in rows) or "nothing"
-        raise BadInput(
-            f"bodies gives {shapes}: give points, each of 2 or 3 numbers, or rows of them."
-        )
+        raise _unfit(x, f"returns {shown(points)}")
     return rows
+
+
+def _unfit(x: Any, said: str) -> BadInput:
+    return BadInput(
+        f"bodies(x) {said}; x is an array of shape {x.shape} here: return a list of points, each "
+        f"of 2 or 3 numbers, or a list of such lists, as {EXAMPLE} does (import numpy as np)."
+    )

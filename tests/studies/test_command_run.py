@@ -132,6 +132,7 @@ def test_a_run_is_written_into_a_folder_with_rows_that_can_be_read_again(ask, tm
         assert ask("run", *asked)[0] == 0
     names = {path.name for path in folder.glob("[!.]*")}
     assert {"run.json", "run.csv", "phase.pdf", "energy.svg", "time.png"} <= names
+    assert "base.png" not in names  # of one coordinate it is the figure against time
     head = (folder / "time.png").read_bytes()[16:24]  # of as many dots as a study's figure
     assert int.from_bytes(head[:4], "big") == 640 and int.from_bytes(head[4:], "big") == 490
     assert b">x" in (folder / "time.svg").read_bytes()  # text stays text
@@ -143,3 +144,5 @@ def test_a_run_is_written_into_a_folder_with_rows_that_can_be_read_again(ask, tm
     assert code == 2 and "run.csv is there, and is not as discmech wrote it" in err
     assert ask("run", "oscillator", "--steps", "4", "--folder", str(tmp_path / "steered"))[0] == 0
     assert (tmp_path / "steered" / "control.png").is_file()
+    assert ask("run", "kepler", "--steps", "4", "--folder", str(tmp_path / "two"))[0] == 0
+    assert (tmp_path / "two" / "base.png").is_file() and (tmp_path / "two" / "time.png").is_file()

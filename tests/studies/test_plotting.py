@@ -10,6 +10,7 @@ from discmech import BadInput, Scheme, check, film, midpoint, plot, scenes, trap
 from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
+from discmech.studies.symplecticity.plot import _limits
 from discmech.studies.user.drawing import MOST_PANELS
 from discmech.studies.user.filming import _columns
 
@@ -136,6 +137,15 @@ def test_runs_that_coincide_are_both_seen():
     assert not any(line.is_dashed() for line in apart.lines)
 
 
+def test_an_axis_of_defects_ends_before_a_limit_far_above_them():
+    """Between 10⁻⁴⁴ and a limit of 10⁻¹³ there is nothing to see; one near round-off is shown."""
+    figure = plot(check("symplecticity", ["harmonic"], ["midpoint"], [16]))
+    assert figure.axes[0].get_xlim()[1] < 1e-30 and "limit 10⁻¹³ →" in words(figure)
+    for defects in ([1e-17, 1e-15], [0.1], [1e-44, 1e-20], []):
+        low, high = _limits(defects, [1e-16, 3e-13])
+        assert low < min([*defects, 1e-16]) and high > max([*defects, 3e-13])
+
+
 @pytest.mark.slow
 def test_the_sites_of_a_lattice_have_colours_and_a_scale(cradle):
     (axes,) = plot(cradle, "time").axes
@@ -239,8 +249,15 @@ def test_the_energy_drawn_is_that_of_the_run():
         assert 1e-6 < max(abs(line.get_ydata())) < 1e-2 and line.get_ydata()[0] == 0
 
 
-def test_contact_runs_are_drawn():
-    assert plot(run_of("bouncing-ball"), "base").axes
+def test_a_contact_run_is_drawn_through_its_impacts():
+    """Between the rows before and after it a ball would turn in the air."""
+    run = run_of("bouncing-ball")
+    assert run.x.min() > 1e-4 and len(run.impacts.t) == 4
+    for kind, breaks in (("base", 0), ("phase", 4)):  # momenta jump
+        (axes,) = plot(run, kind).axes
+        across, up = axes.lines[0].get_data()
+        heights = up if kind == "base" else across
+        assert len(up) == 205 and heights.min() < 1e-15 and np.isnan(up).sum() == breaks
 
 
 def test_the_energy_lost_in_impacts_is_drawn_over_that_of_the_start():
@@ -302,11 +319,11 @@ def test_a_notebook_shows_the_table_the_reason_and_the_figure(result):
     ("kepler", None, 2, 1), ("pendulum", lambda x: [[0, 0], [x[0], 1]], 2, 1),
     ("heavy-top", None, 3, 1),
     ("kepler", lambda x: [[[0, 0], x], [[1, 1], [2, 2], x]], 2, 2), ("rigid-body", None, 3, 3),
-    ("pivoted-body", None, 3, 3),
+    ("pivoted-body", None, 3, 3), ("chaplygin-sleigh", None, 2, 2), ("kirchhoff", None, 3, 3),
 ])  # fmt: skip
 def test_bodies_move_in_a_film(name, bodies, size, lines):
     scene = scenes.get(name)
-    scene = scene.with_attitude() if name == "rigid-body" else scene
+    scene = scene if len(scene.x0) else scene.with_attitude()
     run = Scheme(scene, midpoint).flow(scene.step).trajectory(200)
     shown = film(run, bodies)
     (axes,) = shown._fig.axes
@@ -318,6 +335,23 @@ def test_bodies_move_in_a_film(name, bodies, size, lines):
     assert len(trail.get_xdata()) == 1 + np.linspace(0, 200, 120).astype(int)[7]
     assert trail.get_xdata()[-1] == row.get_xdata()[-1]
     assert f"{scene.title}, by midpoint" in axes.get_title("left")
+
+
+def test_the_axes_of_a_body_in_the_plane_are_at_its_place():
+    """x is a matrix (A, place; 0, 1) row by row, of the size of an attitude in space."""
+    scene = scenes.get("chaplygin-sleigh").with_attitude()
+    run = Scheme(scene, midpoint).flow(scene.step).trajectory(100)
+    lines = drawn(film(run), 100).lines
+    long = np.ptp(run.x[:, [2, 5]], axis=0).max() / 8
+    for k, line in enumerate(lines[:2]):
+        tip, place = line.get_xydata()
+        assert place == pytest.approx(run.x[-1, [2, 5]])
+        assert (tip - place) / long == pytest.approx(run.x[-1, [k, 3 + k]])
+        assert lines[2 + k].get_xydata()[-1] == pytest.approx(place)  # its trail
+    (axes,) = plot(run, "base").axes
+    assert (axes.lines[0].get_xydata() == run.x[:, [2, 5]]).all()
+    with pytest.raises(BadInput, match="need not be a place"):  # no rotations of space
+        film(Scheme(scenes.get("rigid-body-so4").with_attitude(), midpoint).flow(0.1).trajectory(2))
 
 
 def drawn(shown, frame):
@@ -353,10 +387,15 @@ def test_a_lattice_is_filmed(cradle):
 
 @pytest.mark.parametrize(("name", "bodies", "words"), [
     ("double-pendulum", lambda x: x, "points, each of 2 or 3"),
-    ("rigid-body", None, "need not be a place"), ("double-pendulum", None, "need not be a place"),
+    ("rigid-body", None, "a run of scene.with_attitude"),
+    ("double-pendulum", None, "need not be a place"),
     ("pendulum", None, "say where its bodies are"), (None, None, "film takes a trajectory"),
     ("pendulum", lambda x: [[0, 0], [x[0] / 0, 1]], "not finite"),
     ("pendulum", lambda x: x["joint"], "bodies.x. raises IndexError"),
+    ("pendulum", lambda q, p: [[q, p]], r"TypeError.* array of shape \(1,\) here: return a list"),
+    ("pendulum", lambda x: x, r"returns array.* such lists, as lambda x: \[\[0, 0\], \[np.sin"),
+    ("pendulum", lambda x: [["a", 0]], "returns .*'a', 0"),
+    ("kepler", lambda x: [[x]] * (1 + (x[0] > 0)), "now more and now fewer"),
     ("pendulum", "joint", "give a function of x"),
 ])  # fmt: skip
 @pytest.mark.filterwarnings("ignore:divide by zero")
