@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from ..core.records import AtMost, decoded
+from typing import Any
+
+from ..core.records import AtMost, decoded, number
 from ..core.result import NONE, Result
 from ..report.view import Column, View
 from ..report.wording import scientific
 from .records import Laws, Measured
 
-Case = Result[Measured, AtMost, object]
+Case = Result[Measured, AtMost, dict[str, Any]]
 
 
 def _laws(case: Case) -> list[Laws]:
@@ -40,7 +42,13 @@ def _order(case: Case) -> str:
 
 
 def _impacts(case: Case) -> str:
-    return ", ".join(str(e.impacts) for e in _laws(case) if e.impacts is not None) or NONE
+    """Return the impacts of both modes, with the end of the run, which is shorter than a scene's.
+
+    A control has neither times nor two modes.
+    """
+    counts = ", ".join(str(e.impacts) for e in _laws(case) if e.impacts is not None) or NONE
+    ends = [time for row in case.rows if (time := number(row.get("time"))) is not None]
+    return f"{counts} to t = {max(ends):.4g}" if ends else counts
 
 
 VIEW = View(

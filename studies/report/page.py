@@ -67,9 +67,10 @@ def write_report(
     studies = merged(results)
     definitions: dict[str, str] = {}
     with published(Path(folder), last="index.html") as new:
-        for name in ("figures", "tables", *["equations"] * bool(equations)):
-            (new / name).mkdir()
         drawn = plates(studies, titles, definitions, remembered or anew, look)
+        for name, things in (("figures", drawn), ("tables", studies), ("equations", equations)):
+            if things:
+                (new / name).mkdir()
         for plate in drawn:
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
             (new / "figures" / f"{plate.name}.pdf").write_bytes(plate.drawing.pdf)

@@ -106,6 +106,10 @@ def test_other_studies_and_references_leave_contact_alone(ask):
     found = check("energy", ["bouncing-ball", "harmonic"], ["midpoint"], [16], 200)
     assert [c["scene"] for c in found["cases"]] == ["harmonic"]
     assert any("judged by `discmech contact`" in note for note in found["notes"])
+    found = check("energy", ["harmonic", *scenes.CONTACT, "cradle"], ["midpoint"], [16], 200)
+    (note,) = (said for said in found["notes"] if "by `discmech contact`" in said)  # one for all
+    assert note.startswith("7 systems are judged by") and "since each has contact: b" in note
+    assert any(said.startswith("cradle is a lattice with contact") for said in found["notes"])
     with pytest.raises(ReferenceFailure, match="has contact"):
         solution("bouncing-ball", 1)
     code, _, err = ask("verify", "midpoint", "--scene", "bouncing-ball", "--study", "order")
@@ -114,6 +118,14 @@ def test_other_studies_and_references_leave_contact_alone(ask):
         assert_order(rules.get("midpoint"), scenes.get("bouncing-ball"))
     with pytest.raises(BadInput, match="scene with contact"):
         check("contact", ["harmonic"], ["midpoint"])
+
+
+def test_a_folder_has_no_place_for_figures_and_the_table_says_until_when(ask, tmp_path):
+    """A run of this study may be shorter than one of the scene, and have fewer impacts."""
+    asked = ("contact", "bouncing-ball", "--rule", "midpoint", "--steps", "60", "--digits", "16")
+    code, out, _ = ask(*asked, "--folder", str(tmp_path / "c"))
+    assert code == 0 and "1, 1 to t = 3" in out
+    assert {path.name for path in (tmp_path / "c").glob("[!.]*")} == {"index.html", "tables"}
 
 
 def test_controls_by_name():
