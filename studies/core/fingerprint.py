@@ -2,12 +2,14 @@
 
 Of our own text all of the mathematics counts, and all that measures: the folder of the study, those
 of the studies that it imports, and the shared folders. Files that judge or show, and the limits of
-a study, do not count, for they are applied anew each time, except where measuring asks them. Single
-scenes and rules are data, so each case has the text of its own.
+a study, do not count, for they are applied anew each time: where measuring asks them, its decisions
+are made again (`decisions`), and the limits that it names count. Single scenes and rules are data,
+so each case has the text of its own.
 """
 
 from __future__ import annotations
 
+import ast
 import decimal
 import hashlib
 import re
@@ -196,7 +198,7 @@ def _text_of_showing() -> str:
 def text_of(folder: Path) -> str:
     """Return the digest of the files by which a folder's study measures, and of their imports."""
     parts, folders = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
-    pending = [folder]
+    pending, asked = [folder], set[str]()
     while pending:
         place = pending.pop()
         if place in (*folders, *parts) or place.name in SHOWING or not place.is_dir():
@@ -207,7 +209,7 @@ def text_of(folder: Path) -> str:
         ]  # fmt: skip
         folders[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
         for file in files:
-            folders[place] += _asked_by(file)
+            asked.update(_asked_by(file))
             text = file.read_text("utf-8")
             outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
             beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
@@ -216,17 +218,70 @@ def text_of(folder: Path) -> str:
             pending += [STUDIES[0] / name for name in ours]
     shared = [p for part in parts for p in part.rglob("*.py") if not p.match("judging*.py")]
     return _digest(
-        _text_of_mathematics(), _text([*shared, *(p for f in folders.values() for p in f)])
-    )
+        _text_of_mathematics(), *sorted(asked),
+        _text([*shared, *(p for f in folders.values() for p in f)]),
+    )  # fmt: skip
 
 
-def _asked_by(file: Path) -> Iterator[Path]:
-    """Yield the judges and the limits that a file imports, to run until a verdict is clear."""
-    names = r"^from \.(?:\.(\w+)\.)?(judging\w*|limits) import"
-    for of, name in re.findall(names, file.read_text("utf-8"), re.M):
-        asked = file.parent.parent / (of or file.parent.name) / f"{name}.py"
-        yield asked
-        yield from _asked_by(asked)
+def _asked_by(file: Path) -> Iterator[str]:
+    """Yield the text of what a file that measures reads of judges and of limits.
+
+    Of limits that is what the file names. Of a judge it is all, but nothing where it only decides:
+    its decisions are kept with the measurement, and made again (`decisions`).
+    """
+    text = file.read_text("utf-8")
+    tree = ast.parse(text if re.search("judging|limits", text) else "")
+    for line in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)):
+        place = file.parents[line.level - 1] if line.level else STUDIES[0]
+        place = place.joinpath(*(line.module or "").removeprefix("discmech.studies.").split("."))
+        for one in line.names:
+            asked, name = place.with_suffix(".py"), one.name
+            if not asked.exists():
+                asked, name = place / f"{name}.py", ""
+            if re.fullmatch(r"judging\w*|limits", asked.stem) and asked.exists():
+                yield from _read_of(asked, name, _keys_in(tree, one.asname or one.name))
+
+
+def _keys_in(tree: ast.AST, name: str) -> set[Any]:
+    """Return the entries of a mapping that code asks for; None is among them for any other use."""
+    uses = [node for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id == name]
+    keys = dict.fromkeys(uses)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript) and node.value in uses:
+            keys[node.value] = getattr(node.slice, "value", None)
+    return set(keys.values())
+
+
+def _read_of(file: Path, name: str, keys: set[Any]) -> Iterator[str]:
+    """Yield the text of a name in a file of judges or limits; of the whole file if it is "".
+
+    keys: the entries that are asked for. Of a limit that is its number alone.
+    """
+    tree = ast.parse(file.read_text("utf-8"))
+    defined = {target.id: node for node in tree.body if isinstance(node, ast.Assign)
+               for target in node.targets if isinstance(target, ast.Name)}  # fmt: skip
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    node = functions.get(name) or defined.get(name)
+    of_limits, entries = file.stem == "limits", dict[Any, ast.expr]()
+    if isinstance(node, ast.FunctionDef):
+        if "decision" in map(ast.unparse, node.decorator_list):
+            return
+    elif node is not None and isinstance(node.value, ast.Dict):
+        pairs = zip(node.value.keys, node.value.values, strict=True)
+        entries = {getattr(key, "value", None): value for key, value in pairs}
+    if of_limits and keys and keys <= entries.keys() - {None}:
+        for key in sorted(keys):
+            value = entries[key]
+            number = value.args[0] if isinstance(value, ast.Call) else value
+            yield f"{name} {key} {ast.unparse(number)}"
+    elif of_limits and node is not None and not entries:
+        yield ast.unparse(node)
+        for other in (*defined, *functions):
+            if other != name and (read := _keys_in(node, other)):
+                yield from _read_of(file, other, read)
+    else:
+        yield file.read_text("utf-8")
+        yield from _asked_by(file)
 
 
 @cache

@@ -14,6 +14,7 @@ from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import arithmetic
 
 from .case import Case, Measurement, Progress, Verdict, silent
+from .decisions import decisions
 from .ended import refuse_ended
 from .outcome import Found, named
 from .record import provenance
@@ -95,7 +96,8 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
             return study.measurement(case, progress)
 
     begun = time.perf_counter()
-    record = _with(Found(), _or_why(case, measure))
+    with decisions() as made:
+        record = _with(Found(decisions=made), _or_why(case, measure))
     seconds = time.perf_counter() - begun
     return replace(with_order(record, case), seconds=seconds, measured_at=provenance())
 
@@ -121,7 +123,9 @@ def with_more(study: Study, case: Case, record: Found, verdict: Verdict) -> Foun
     begun, measurement = time.perf_counter(), record.measurement
     assert measurement is not None
 
-    told = _or_why(case, lambda: study.measure_more(case, measurement, verdict))
+    with decisions() as made:
+        told = _or_why(case, lambda: study.measure_more(case, measurement, verdict))
+    record = replace(record, decisions=[*record.decisions, *made])
     if isinstance(told, Verdict):
         record = _with(record, told)
     elif told:

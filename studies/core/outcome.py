@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from .decisions import Decision
 from .records import decoded, encoded
 
 #: the words of a verdict, worst first. What nothing was demanded of is "measured", and no pass.
@@ -134,7 +135,7 @@ class Found:
 
     order: the rule's order on the scene, if it was asked for (`knows_order`). more: True if
     `Study.measure_more` gave more; declined: the verdict for which it gave nothing. measured_at:
-    date and commit.
+    date and commit. decisions: the answers of judges on which it rests.
     """
 
     measurement: Measurement | None = None
@@ -145,6 +146,7 @@ class Found:
     declined: str = ""
     seconds: float = 0.0
     measured_at: Made = field(default_factory=Made)
+    decisions: Sequence[Decision] = ()
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the dictionary that the store keeps."""

@@ -55,6 +55,11 @@ def decoded(kind: type[Record], content: Any, finite: bool = False) -> Record:
     return kind(**made)
 
 
+def read(hint: Any, content: Any) -> Any:
+    """Return the value of a type, such as a list of records, from JSON (`decoded`)."""
+    return _reader(hint, False)(content)
+
+
 def encoded(thing: Any) -> Any:
     """Return a record, or what holds records, as dictionaries that JSON can hold.
 

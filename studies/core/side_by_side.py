@@ -20,6 +20,7 @@ from discmech.integrators.scene import Opaque
 from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
+from .decisions import same_answers
 from .one_case import (
     asks_cause,
     asks_more,
@@ -67,10 +68,17 @@ def found_by(
 
     only: None also if anything would have to be measured before that verdict is complete.
     """
-    kept = None if key is None else store.find("measurement", key)
+    kept = _stored(store, key)
     if key is None or kept is None:
         return None
-    return _completed(store, study, case, key, Found.of_json(kept), only, progress)
+    return _completed(store, study, case, key, kept, only, progress)
+
+
+def _stored(store: Store | Carried, key: str | None) -> Found | None:
+    """Return the stored measurement, if it rests on what judges would decide now."""
+    content = None if key is None else store.find("measurement", key)
+    record = None if content is None else Found.of_json(content)
+    return record if record is not None and same_answers(record.decisions) else None
 
 
 def _completed(
@@ -235,9 +243,8 @@ def _before_race(plan: Plan, task: Task, store: Store | Carried | None) -> None:
         own = [(case, key_of(study, case)) for case in cases if study.together(case) is race]
         kept = {}
         for case, key in own:
-            content = None if key is None else store.find("measurement", key)
-            if content and (measurement := Found.of_json(content).measurement):
-                kept[case] = measurement
+            if (record := _stored(store, key)) and record.measurement:
+                kept[case] = record.measurement
         study.before_race(kept)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from discmech.integrators.flows import Trajectory
 from ..core.case import Case
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..systems.runs import bins
-from .limits import LIMITS
+from .judging_errors import came_back, goes_steadily, has_edges, is_rise
 from .records import Found, Measured, Row
 
 ROWS = 2000
@@ -37,27 +37,26 @@ def measured_errors(
     drifts: list[list[float]] = []
     for more in LONGER[:1] if case.rule.is_recorded else LONGER:
         times, errors = errors_of(more)
-        line = fit_line(times, errors)
-        edges = _edge_slopes(times, errors)
-        allowed = allowed_rise(case, float(np.ptp(errors))) / times[-1]
-        inside = not abs(line.slope) > allowed or are_steady(edges, allowed)
+        band, duration = float(np.ptp(errors)), float(times[-1])
+        line, edges = fit_line(times, errors), _edge_slopes(times, errors)
         drift = certain_drift(case, times, errors)
         if drift is not None:
-            drifts.append([float(times[-1]), drift.slope, *drift.interval])
-        if is_enough is not None and is_enough(float(np.ptp(errors)), float(times[-1])):
+            drifts.append([duration, drift.slope, *drift.interval])
+        if is_enough is not None and is_enough(band, duration):
             break
+        inside = has_edges(case.rule.unit(case.digits), band, line.slope, duration, edges)
         if inside and drift is not None and len(drifts) == 1 and more < LONGER[-1]:
             continue
-        if inside or _steadiness(errors) >= LIMITS["steady"]:
+        if inside or goes_steadily(_steadiness(errors)):
             break  # a drift goes one way, and a longer run would only repeat it
     rows = []
     for first, last in bins(len(times), ROWS // 2):
         part = errors[first:last]
         ends = sorted({first + int(part.argmin()), first + int(part.argmax())})
         rows += [Row(float(times[i]), float(errors[i])) for i in ends]
-    measured = Measured(float(np.ptp(errors)), line.slope, _interval(line, times, errors), edges)
+    measured = Measured(band, line.slope, _interval(line, times, errors), edges)
     quarters = [float(np.ptp(errors[a:b])) for a, b in bins(len(errors), 4)]
-    return Found(rows, measured, _steadiness(errors), quarters, drifts, float(times[-1]))
+    return Found(rows, measured, _steadiness(errors), quarters, drifts, duration)
 
 
 def _interval(line: Line, times: np.ndarray, errors: np.ndarray) -> list[float]:
@@ -75,20 +74,17 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     Mean, minima and maxima of the parts go the same way, each with an interval without 0, and
     steadily, for every division of the run (`PARTITIONS`); and it is more than round-off.
     """
-    if len(errors) < 256 or not np.isfinite(errors).all() or _steadiness(errors) < LIMITS["steady"]:
+    if len(errors) < 256 or not np.isfinite(errors).all():
+        return None
+    if not goes_steadily(_steadiness(errors)):
         return None
     mean, *others = (
         batch_line(times, errors, CERTAIN, of, [count * k // 8 for count in BATCHES])
         for k in PARTITIONS for of in (np.mean, np.min, np.max)
     )  # fmt: skip
     ends = [end * np.sign(mean.slope) for line in (mean, *others) for end in line.interval]
-    beyond = abs(mean.slope) * times[-1] > allowed_rise(case, 0.0)
-    return mean if beyond and min(ends) > 0 else None
-
-
-def allowed_rise(case: Case, band: float, round_off: float = 0.0) -> float:
-    """Return the largest rise of a slope over the run: a share of the band, or round-off."""
-    return max(band * LIMITS["slope"], 1e4 * case.rule.unit(case.digits), round_off)
+    rise = float(abs(mean.slope) * times[-1])
+    return mean if min(ends) > 0 and is_rise(case.rule.unit(case.digits), rise) else None
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -114,19 +110,14 @@ def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
     return [float(slope) for slope in np.polyfit(middles, extremes, 1)[0]]
 
 
-def are_steady(edge_slopes: Sequence[float] | None, allowed: float) -> bool:
-    """True if both edges of the errors are known, and rise by at most `allowed` a unit of time."""
-    return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
-
-
 def turns_of(run: Trajectory) -> int:
-    """Return how often the coordinate that turns most often turns in a run, up to the limit."""
+    """Return how often the coordinate that turns most often turns, until that is often enough."""
     parts = [np.asarray(part) for part in (run.x, run.mu)]
     counts = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
     for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch is mostly enough
         rows = slice(first, first + STRETCH + 2)
         ways = np.sign(np.diff(np.hstack([part[rows] for part in parts]).astype(float), axis=0))
         counts += (np.diff(ways, axis=0) != 0).sum(axis=0)
-        if counts.max(initial=0) >= LIMITS["turns"]:
+        if came_back(int(counts.max(initial=0))):
             break
     return int(counts.max(initial=0))

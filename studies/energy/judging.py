@@ -17,7 +17,7 @@ from . import balance, judging_modified
 from .judging_errors import judge_errors
 from .limits import LIMITS
 from .measuring import laws_of
-from .records import Found
+from .records import NOT_BACK, Found
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -49,9 +49,8 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_balance(case, record)
     if record.slopes is not None:
         return _of_long_runs(case, record)
-    kept = not case.scene.no_energy  # otherwise its band has no modified energy
-    verdict = judge_errors(case, record, kept)
-    if kept and np.isfinite(record.band):
+    verdict = judge_errors(case.rule.unit(case.digits), record, case.scene.no_energy)
+    if not case.scene.no_energy and np.isfinite(record.band):
         verdict = judging_modified.judge(record, verdict)
     if verdict.verdict == "inconclusive" and record.before is not None:
         before = _judge(case, Measurement.of(record.before))
@@ -61,7 +60,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         verdict = verdict.because(verdict.reason.replace("take more --steps", "record longer runs"))
     drift = record.measured.drift
     drift = abs(record.slope * record.duration if drift is None else drift)
-    unsettled = verdict.verdict == "fail" or verdict.reason == judging_modified.NOT_BACK
+    unsettled = verdict.verdict == "fail" or verdict.reason == NOT_BACK
     if unsettled and 0 < drift <= (lost := record.lost or 0.0):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), verdict.expected)
     return verdict
@@ -73,7 +72,8 @@ def _of_long_runs(case: Case, record: Found) -> Verdict:
     They are alike within a factor of two, and of one sign. An energy that comes and goes changes
     its slope as runs get eight times as long.
     """
-    verdict, slopes = judge_errors(case, record), record.slopes or [math.nan]
+    slopes = record.slopes or [math.nan]
+    verdict = judge_errors(case.rule.unit(case.digits), record)
     by_modified = judging_modified.of_long_run(record, verdict)
     if by_modified is not verdict and by_modified.verdict != "inconclusive":
         return by_modified

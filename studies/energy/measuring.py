@@ -33,10 +33,9 @@ from ..systems.moving_energy import may_end
 from ..systems.runs import FAR
 from . import balance, modified
 from .errors import LONGER, measured_errors, turns_of
-from .judging_errors import comes_late, judge_errors
-from .judging_modified import NOT_BACK, of_long_run
-from .limits import LIMITS
-from .records import Found
+from .judging_errors import comes_late, is_wide, verdict_of_run
+from .judging_modified import drift_of, drifts_beside, is_told
+from .records import NOT_BACK, Found
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
@@ -107,14 +106,14 @@ def _measure(case: Case, progress: Progress) -> Found:
 
     still, turns, along = False, 0, list[Change]()
     beside = modified.beside(case)
-    at_places = modified.drift_beside(beside) is not None
+    at_places = drifts_beside(beside)
 
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
         nonlocal still, turns, along
         run = system.long_run(more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), system.energy_errors(run)
         # beyond a collision it is wide, or the scale is that of the collision
-        if not np.ptp(errors) <= LIMITS["wide"] or may_end(case.scene):
+        if is_wide(float(np.ptp(errors))) or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
         still, turns = _comes_to_rest(run), turns_of(run)
         if more == LONGER[0]:
@@ -122,13 +121,10 @@ def _measure(case: Case, progress: Progress) -> Found:
         return times, errors
 
     def is_enough(band: float, duration: float) -> bool:
-        rows = modified.resolved(along, band)
-        whole = modified.covers(rows, duration) and modified.stands(rows, band)
-        whole = whole and band <= LIMITS["whole"]
-        return at_places or whole or modified.certain_drift(rows) is not None
+        return at_places or is_told(along, band, duration)
 
     record = measured_errors(case, errors_of, is_enough)
-    if comes_late(record) and not case.rule.is_recorded:
+    if comes_late(record.band, record.quarters or []) and not case.rule.is_recorded:
         half = round(record.duration / float(case.scene.step)) // 2
         record = replace(record, before=_measure(replace(case, steps=half), progress))
     return _with_drift(replace(record, still=still, turns=turns, modified=along, beside=beside))
@@ -179,11 +175,12 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> Found:
 
         record = measured_errors(case, errors_of)
         slopes[record.duration] = record.slope
-        said = judge_errors(case, record).verdict
+        unit = case.rule.unit(case.digits)
+        said = verdict_of_run(unit, replace(record, rows=()))
         if said != "pass":  # a slow part may come and go, which the modified energy leaves out
             taken = math.ceil(record.duration / float(case.scene.step))
             record = replace(record, modified=system.modified_changes(taken))
-            said = of_long_run(record, judge_errors(case, record)).verdict
+            said = verdict_of_run(unit, replace(record, rows=()))
         if said == "pass" or (said == "inconclusive" and times > 1):
             break
     measured = replace(record.measured, drift=record.slope * record.duration)
@@ -207,6 +204,6 @@ def _comes_to_rest(run: Trajectory) -> bool:
 
 def _with_drift(record: Found) -> Found:
     """Return the result with the drift over the run: of the modified energy, or along the slope."""
-    rows = modified.resolved(record.modified or [], record.band)
-    drift = rows[-1].modified if rows else record.slope * record.duration
+    drift = drift_of(record.modified or [], record.band)
+    drift = record.slope * record.duration if drift is None else drift
     return replace(record, measured=replace(record.measured, drift=drift))

@@ -11,6 +11,11 @@ from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
 from ..systems.modified_change import Change
 
+NOT_BACK = (
+    "the energy goes one way, and so it may with a part of the motion that has not come back: take "
+    "more --steps."
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Row:

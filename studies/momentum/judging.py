@@ -15,7 +15,7 @@ from ..evidence.judging import demand_consistency
 from ..evidence.laws import ROUNDINGS
 from .cause import cause_of_drift
 from .limits import LIMITS
-from .measuring import WORKED, _claimed, _epsilon, _over, limits_of, walks_of
+from .measuring import WORKED, _claimed, _epsilon, _over, round_off, walks_of
 from .records import Found
 from .sight import key_of
 
@@ -50,7 +50,9 @@ def _judged(case: Case, drift: Mapping[str, float]) -> list[str]:
 def _judge(case: Case, measurement: Measurement) -> Verdict:
     record = decoded(Found, measurement)
     over = record.over or _over(case, record.steps)
-    limits = limits_of(case, record.walks or walks_of(case, record.steps), record.units)
+    walks = record.walks or walks_of(case, record.steps)
+    limits = round_off(case, walks, record.units, LIMITS["walk"])
+    noise = round_off(case, walks, record.units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
     limit = max(limits.values(), default=0.0)
     expected: dict[str, Any] = {"limit": limit, "limits": limits, "random_walk": walk,
@@ -73,7 +75,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         )
         return Verdict("fail", said, expected)
     if not drifting:
-        return _judge_faults(record, judged, limits, expected)
+        return _judge_faults(record, judged, limits, noise, expected)
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, limit)
@@ -87,16 +89,19 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         if all(drift[k] <= limits.get(k, limit) + most[k] for k in drifting):
             expected["limits"] = {k: v + most.get(k, 0.0) for k, v in limits.items()}
             expected["limit"] = max(expected["limits"].values())
-            return _judge_faults(record, judged, limits, expected)  # faults are of their size
+            return _judge_faults(record, judged, limits, noise, expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
     return Verdict("fail", said, expected)
 
 
 def _judge_faults(
-    record: Found, judged: list[str], limits: dict[str, float], expected: Any
-) -> Verdict:
+    record: Found, judged: list[str], limits: Mapping[str, float], noise: Mapping[str, float],
+    expected: Any,
+) -> Verdict:  # fmt: skip
     """Return the verdict without a drift: it depends on whether a fault would have shown.
 
+    noise: the round-off, `FAULT` times as large as which it is seeded. One that changes a quantity
+    by more than the noise would, in proportion, change it by a limit if it were `FAULT` limits.
     A pass says how far quantities that a force, or their own equation, changes were followed.
     """
     for name in judged:
@@ -107,11 +112,11 @@ def _judge_faults(
                 "magnifies it; write it without large factors, or take more --digits."
             )
             return Verdict("inconclusive", said, expected)
-        if fault is not None and not fault.change > limit:
+        if fault is not None and not fault.change > noise.get(name, 0.0):
             said = (
                 f"nothing could fail: a fault that moves x and μ by {fault.size:.1e} of their "
-                f"size changes {name} by {fault.change:.2g} only, and {limit:.1e} is allowed; "
-                "it is a constant, or its large terms hide what moves."
+                f"size changes {name} by {fault.change:.2g} only, and {noise[name]:.1e} may be "
+                "round-off; it is a constant, or its large terms hide what moves."
             )
             return Verdict("inconclusive", said, expected)
     worked, said = [e for e in judged if expected["over"].get(e) == 1 < record.steps], ""

@@ -39,7 +39,6 @@ from ..systems.runs import (
     usual_steps,
     with_terms,
 )
-from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .records import Fault, Found, Measured, Row
 from .sight import FAULT, laws_of, seen
@@ -59,6 +58,9 @@ FAMILY_STEPS = 20
 #: parts of the step, and the most steps of them, at which the round-off of a program is measured
 PARTS, SHORTEST = (16, 256), 4096
 SHORT = 32  # steps of a run at which a fault is seeded if there is no long one
+#: standard deviations of the walk of round-off, of which a seeded fault is made: no limit, so that
+#: another limit measures nothing anew
+DEVIATIONS = 5
 WORKED = 200  # steps at each of which a quantity that a force changes is compared with its work
 
 
@@ -98,8 +100,8 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     faults: dict[str, Fault] = {}
 
     def look(q: Conserved, run: Any, rows_of: Any) -> None:
-        limit = limits_of(case, walks, units)[q.name]
-        faults[q.name] = seen(rows_of, run, limit, case.digits, f"{case.scene.name} {q.name}")
+        noise = round_off(case, walks, units)[q.name]
+        faults[q.name] = seen(rows_of, run, noise, case.digits, f"{case.scene.name} {q.name}")
 
     for attitude in (True, False):  # the energy's run comes last, so that the energy study finds it
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
@@ -187,8 +189,8 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     drifts = {name: float(values.max()) for name, values in series.items()}
     units = {name: along.units for name, along in run.momenta.items()}
     walks = walks_of(case, steps)
-    faults = {name: Fault(FAULT * limit, system.moved(name, tuple(state), FAULT * limit))
-              for name, limit in limits_of(case, walks, units).items()}  # fmt: skip
+    faults = {name: Fault(FAULT * noise, system.moved(name, tuple(state), FAULT * noise))
+              for name, noise in round_off(case, walks, units).items()}  # fmt: skip
     return Found(rows, Measured(drifts, rate=system.rates(run)), steps, units, faults,
                  _over(case, steps), walks)  # fmt: skip
 
@@ -254,10 +256,14 @@ def walks_of(case: Case, steps: int) -> dict[str, int]:
             for q in measured_in(case)}  # fmt: skip
 
 
-def limits_of(
-    case: Case, walks: Mapping[str, int], units: Mapping[str, Sequence[float]]
-) -> dict[str, float]:
-    """Return the effect of round-off on each quantity in so many roundings (`judge`)."""
+def round_off(
+    case: Case, walks: Mapping[str, int], units: Mapping[str, Sequence[float]],
+    deviations: float = DEVIATIONS,
+) -> dict[str, float]:  # fmt: skip
+    """Return the effect of round-off on each quantity in so many roundings (`judge`).
+
+    deviations: standard deviations of the walk; by default those that make the size of a fault.
+    """
     units = {**dict.fromkeys(walks, (1.0, 1.0)), **units}
-    return {name: _epsilon(case) * (LIMITS["walk"] / math.sqrt(3) * math.sqrt(n) * units[name][0]
+    return {name: _epsilon(case) * (deviations / math.sqrt(3) * math.sqrt(n) * units[name][0]
                                     + 2 * units[name][1]) for name, n in walks.items()}  # fmt: skip

@@ -27,7 +27,7 @@ from .quantities import formula_of, round_offs
 from .records import Fault
 from .work import less_work
 
-FAULT = 16  # relative size of the fault that a verdict has to see, in units of the limit
+FAULT = 16  # relative size of the fault that a verdict has to see, in units of round-off
 #: directions of a fault, and rows of a run at which it is made; of a sum of two alike momenta a
 #: half of the directions changes little: of 16 all do so once in 10⁵ draws
 DRAWS, PLACES = 16, 16
@@ -36,16 +36,16 @@ DIGITS = 30  # digits of single steps
 POWERS = 3
 
 
-def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> Fault:
+def seen(rows_of: Rows, run: Any, noise: float, digits: int, seed: str) -> Fault:
     """Return the effect of a fault of one step on a quantity, over its terms.
 
-    The fault moves each entry of x and μ by about `FAULT` limits of its size, up or down as the
+    The fault moves each entry of x and μ by about `FAULT` round-offs of a run, up or down as the
     seed gives it. change: the median over rows of the run of the largest effect of `DRAWS` such
     faults. A quantity that does not depend on the state, or whose terms hide the dependence, sees
     nothing.
     """
     drawn, numbers = random.Random(seed), arithmetic(digits)
-    size = FAULT * max(limit, float(numbers.eps))
+    size = FAULT * max(noise, float(numbers.eps))
     chosen = np.unique(np.linspace(0, len(run.mu) - 1, PLACES).astype(int))
     with numbers.working():
         number = np.vectorize(numbers.number, otypes=[numbers.dtype])

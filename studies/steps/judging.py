@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict, worst
@@ -122,7 +121,7 @@ def _of_energy(case: Case, record: Found, expected: Expecting) -> Verdict:
         return Verdict("pass")
     verdict = Verdict("inconclusive", f"no long run goes through: {energy.get('failed')}")
     if "failed" not in energy:
-        verdict = judge_errors(replace(case, study="energy"), decoded(OfEnergy, energy))
+        verdict = judge_errors(case.rule.unit(case.digits), decoded(OfEnergy, energy))
     if rule_of(case).way != "reversible" or case.control is not None:
         expected |= verdict.expected
         return verdict

@@ -23,8 +23,7 @@ from ..core.fitting import orders_between
 from ..core.records import encoded
 from ..core.single_steps import SingleSteps
 from ..energy.errors import measured_errors, turns_of
-from ..energy.judging_errors import judge_errors
-from ..energy.limits import LIMITS as OF_ENERGY
+from ..energy.judging_errors import is_wide, verdict_of_run
 from ..evidence import evidence_of
 from ..evidence.measuring import of_scheme
 from ..systems.runs import energy_errors, interval
@@ -256,15 +255,15 @@ def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
             return np.asarray(run.t, dtype=float), energy_errors(plain, run, 16)
 
         try:
-            run_found = measured_errors(replace(case, study="energy"), errors_of)
+            run_found = measured_errors(case, errors_of)
         except StepFailure as failure:
             energy = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
             step /= 2
             continue
         energy = encoded(replace(run_found, turns=turns))
-        if run_found.band <= OF_ENERGY["wide"]:
-            verdict = judge_errors(replace(case, study="energy"), replace(run_found, turns=turns))
-            if verdict.verdict != "fail" or rule_of(case).way != "poincare":
+        if not is_wide(run_found.band):
+            bare, unit = replace(run_found, turns=turns, rows=()), case.rule.unit(case.digits)
+            if rule_of(case).way != "poincare" or verdict_of_run(unit, bare) != "fail":
                 break
         step /= 2
     return energy

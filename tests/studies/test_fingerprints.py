@@ -1,6 +1,5 @@
 """Each thing that a result depends on changes its fingerprint, and nothing else does."""
 
-import re
 import shutil
 from dataclasses import replace
 from functools import partial
@@ -128,20 +127,47 @@ def test_a_race_rests_on_the_integrators_of_others(checkout, name):
     assert changes(checkout, f"studies/work_precision/peers/{name}.py", ask)
 
 
-@pytest.mark.slow
-def test_a_judge_that_measuring_asks_is_part_of_the_key(checkout):
-    """Runs get longer until the energy is clear; no other measurement may depend on a judge."""
-    judging, asked = re.compile(r"^\s*from \S*?(\w*\.judging\w*)", re.M), set()
+def test_measuring_asks_judges_for_decisions_alone():
+    """They are kept and made again; the text of a judge that measuring asks for more counts."""
     for folder in fingerprint.STUDIES:
         for file in folder.glob("*/*.py"):
-            if not any(map(file.match, (*fingerprint.NOT_MEASURING, "gallery/*", "report/*"))):
-                asked |= {(file.parent.name, name) for name in judging.findall(file.read_text())}
-    assert asked == {("energy", ".judging_errors"), ("energy", ".judging_modified"),
-                     ("steps", "energy.judging_errors")}  # fmt: skip
-    for name in ("energy", "steps"):
-        for file in ("judging_errors", "judging_modified"):
-            assert changes(checkout, f"studies/energy/{file}.py", partial(key, name))
-        assert not changes(checkout, "studies/energy/judging.py", partial(key, name))
+            if not any(map(file.match, (*fingerprint.NOT_MEASURING, "report/*"))):
+                assert not [text for text in fingerprint._asked_by(file) if "Verdict" in text], file
+
+
+def edited(tree, file, old, new, ask):
+    """Whether a change of a part of a file changes what is asked."""
+    forget()
+    before, text = ask(), (tree / file).read_text()
+    assert old in text
+    (tree / file).write_text(text.replace(old, new))
+    forget()
+    after = ask()
+    (tree / file).write_text(text)
+    return after != before
+
+
+OF_FORMS, OF_CONTACT = "studies/symplecticity/limits.py", "studies/contact/limits.py"
+
+
+@pytest.mark.dear(but=("falls", "is_wide"))
+@pytest.mark.parametrize(("study", "file", "old", "new", "counts"), [
+    ("contact", OF_CONTACT, "1.5, \"factor", "2.5, \"factor", True),  # falls
+    ("contact", OF_CONTACT, "factor by which", "a factor by which", False),
+    ("contact", OF_CONTACT, "0.125, \"1", "0.25, \"1", False),  # turn
+    ("contact", OF_FORMS, "1e-13, \"defect", "1e-12, \"defect", True),
+    ("contact", OF_FORMS, "if digits == 16", "if digits == 17", True),
+    ("contact", OF_FORMS, "1e3, \"limits", "2e3, \"limits", False),
+    ("contact", OF_FORMS, "of_steps = dict", "all_of_them = dict", False),
+    ("momentum", "studies/momentum/limits.py", "5, \"standard", "6, \"standard", False),
+    ("energy", "studies/energy/limits.py", "0.1, \"share of the band that", "0.2, \"", False),
+    ("steps", "studies/energy/judging_errors.py", "<= LIMITS[\"wide\"]", "<= 1", False),
+    ("steps", "studies/energy/judging_errors.py", "@decision\ndef is_wide", "def is_wide", True),
+    ("contact", "studies/contact/measuring.py", "LIMITS[\"falls\"]", "max(LIMITS)", True),
+])  # fmt: skip
+def test_of_limits_only_numbers_that_measuring_names_count(checkout, study, file, old, new, counts):
+    scene = "kepler" if study != "contact" else "bouncing-ball"
+    assert edited(checkout, file, old, new, partial(key, study, scene)) == counts
 
 
 @pytest.mark.slow

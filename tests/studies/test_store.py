@@ -24,6 +24,7 @@ from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
 from discmech.studies.core.store import Store
 from discmech.studies.core.study import Study
+from discmech.studies.momentum.limits import LIMITS
 from tests.foreign_files import check_untouched, foreign_files
 from tests.kill_points import json_of
 from tests.studies.as_json import read, run_study
@@ -100,6 +101,16 @@ def test_a_changed_judge_measures_nothing_anew(study, monkeypatch):
     measured, again = study()
     assert measured == [] and again["verdict"] == "inconclusive"
     assert again["cases"][0]["measured"] == first["cases"][0]["measured"]
+
+
+@pytest.mark.parametrize(("name", "value", "verdict"), [
+    ("walk", -10, "fail"), ("blind", -1, "inconclusive"),
+])  # fmt: skip
+def test_a_changed_limit_measures_nothing_anew(study, monkeypatch, name, value, verdict):
+    assert study()[1]["verdict"] == "pass"
+    monkeypatch.setitem(LIMITS, name, value)
+    measured, again = study()
+    assert measured == [] and again["verdict"] == verdict
 
 
 @pytest.mark.parametrize("column", ["content", "seal"])
