@@ -22,10 +22,9 @@ from ..core.fitting import orders_between
 from ..core.single_steps import SingleSteps
 from ..evidence.laws import FORM
 from ..evidence.measuring import of_scheme
-from ..symplecticity.limits import limit
 from .faults import CONTROLS, flow_with
+from .judging_rises import asks_finer, is_round_off
 from .laws import defects, energies
-from .limits import LIMITS
 from .pieces import off_course
 
 NAME = "contact"
@@ -102,7 +101,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         H, sizes = energies(case.scheme, run, case.digits)
         finer = partial(_rise_at, case, mode, steps)
         parts = FINER if _free_of_work(case) else FINER[:1]
-        rises = falling(rise(H, sizes), finer, limit(case.digits), parts)
+        rises = falling(rise(H, sizes), finer, case.digits, parts)
         runs[mode] = run
         again = _flow(case, 1, mode)
         unsure |= flow.unsure_gaps
@@ -176,7 +175,7 @@ def _free_of_work(case: Case) -> bool:
 
 
 def falling(
-    first: float, finer: Callable[[int], float], allowed: float, parts: tuple[int, ...] = FINER
+    first: float, finer: Callable[[int], float], digits: int, parts: tuple[int, ...] = FINER
 ) -> list[float]:
     """Return the rise of the energy with h (the first), h/2 and, if that is no less, h/8.
 
@@ -184,8 +183,8 @@ def falling(
     chance. For a rise that is round-off, or not a number, only the first is returned.
     """
     rises = [first]
-    for part in parts if first > allowed else ():
-        if len(rises) > 1 and rises[-1] <= rises[0] / LIMITS["falls"]:
+    for part in parts:
+        if not asks_finer(rises, digits):
             break
         rises.append(finer(part))
     return rises
@@ -309,7 +308,7 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
         if len(times) != len(best):
             return {"order": None, "time_error": None}
         errors.append(float(abs(times - best).max()))
-    if errors[-1] <= max(10 * limit(case.digits) * float(abs(best).max()), unsure):
+    if is_round_off(errors[-1], float(abs(best).max()), unsure, case.digits):
         return {"order": None, "time_error": errors[-1]}
     (order,) = orders_between((2.0, 1.0), errors)
     if isnan(order):  # the longer step meets the first impacts exactly

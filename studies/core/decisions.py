@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
+from operator import methodcaller
 from pkgutil import resolve_name
 from typing import Any, TypeVar, get_type_hints
 
@@ -22,6 +23,7 @@ from .records import encoded, read
 Judge = TypeVar("Judge", bound=Callable[..., Any])
 #: lists of the measurements under way: one that measures others rests on their decisions too
 _UNDER_WAY: list[list[Decision]] = []
+_PLAIN = methodcaller("item")  # of a number of numpy
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,8 @@ def decision(judge: Judge) -> Judge:
         finally:
             _UNDER_WAY[:] = noting
         if noting:
-            made = Decision(name, encoded(arguments), answer)
+            text = json.dumps(encoded((arguments, answer)), default=_PLAIN)
+            made = Decision(name, *json.loads(text))
             for kept in noting:
                 kept.append(made)
         return answer
@@ -85,4 +88,5 @@ def _is_same(made: Decision) -> bool:
         answer = judge(*(read(kind, argument) for kind, argument in pairs))
     except Exception:  # of another text: it is no longer there, or asks something else
         return False
-    return json.dumps(answer) == json.dumps(made.answer)  # so is a number that is none
+    text = json.dumps(answer, default=_PLAIN)
+    return text == json.dumps(made.answer)  # so is a number that is none

@@ -11,7 +11,6 @@ from discmech.integrators.runs import Trajectory
 from ..contact import measuring as contact
 from ..core.case import Case, Progress
 from ..evidence.measuring import single_steps
-from ..symplecticity.limits import limit
 from ..systems.known import known_of
 from ..systems.quantities import energies
 from .cost import costs, slopes
@@ -39,7 +38,7 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
         return contact.rise(energies(case.scheme, made)[0]) / size
 
     parts = contact.FINER[:1] if lattice.forced or lattice.timed else contact.FINER
-    rises = contact.falling(contact.rise(H) / size, finer, limit(16), parts)
+    rises = contact.falling(contact.rise(H) / size, finer, 16, parts)
     progress(f"{label}: single steps", 0.4)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip

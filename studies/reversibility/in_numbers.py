@@ -16,7 +16,8 @@ from ..core.case import Case
 from ..evidence.laws import WAY_BACK
 from ..evidence.many_steps import many_steps, way_back
 from ..evidence.places import Place
-from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, rounded, undecided
+from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided
+from ..symplecticity.judging_form import rounded
 from ..symplecticity.places import Look, looks, more_looks
 from .records import FoundOfNumbers, Measured, OfReturn
 
@@ -60,7 +61,7 @@ def measure(case: Case) -> FoundOfNumbers:
 def _seen(case: Case) -> list[Place]:
     """Return starts of steps, of many all along the motion, that a step back misses."""
     many = None if case.rule.only_step is not None else many_steps(case.scheme)
-    return [] if many is None else many.places(WAY_BACK.gaps(many), rounded(case))
+    return [] if many is None else many.places(WAY_BACK.gaps(many), rounded(case.rule.unit(16)))
 
 
 def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:

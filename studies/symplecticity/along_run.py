@@ -22,7 +22,8 @@ from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
 from .form_in_numbers import Defect, random_curve
-from .in_numbers import curve_defect, free_states, resolved, rounded
+from .in_numbers import curve_defect, free_states, resolved
+from .judging_form import is_defect
 from .places import scale_of
 from .records import FoundOfNumbers, OfRun
 
@@ -47,7 +48,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         return record
     rule: Any = case.rule
     scale, seed = scale_of(case.scheme), seed_in_numbers(case.scheme)
-    if record.measured.certain <= rounded(case):
+    if not is_defect(record.measured.certain, rule.unit(16)):
         progress(f"{case.scene.name} {case.label}: a long run", 1.0)
         run = _of_run(case, scale, seed)
     elif not (rule.remembers or rule.runs):
@@ -76,7 +77,9 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     part = steps // ROWS
     rows = [_worse(*of) if len(of) > 1 else of[0] for of in zip(*defects, strict=True)]
     seen = max((k for k, row in enumerate(rows, 1) if row.resolution <= resolved(case)), default=0)
-    broken = next((k for k, row in enumerate(rows, 1) if row.certain > rounded(case) * part * k), 0)
+    unit = scheme.rule.unit(16)
+    broken = next((k for k, row in enumerate(rows, 1)
+                   if is_defect(row.certain, unit, part * k)), 0)  # fmt: skip
     certain = rows[broken - 1].certain if broken else 0.0
     again = repeated(flow, z, scale, steps, seed=seed).gap
     return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again)

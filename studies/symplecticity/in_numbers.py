@@ -23,8 +23,8 @@ from .form_in_numbers import (
     random_curve,
     volume_defect,
 )
+from .judging_form import is_defect
 from .leaves import leaf_defect
-from .limits import LIMITS
 from .own_derivatives import of_run, of_step
 from .places import Look, looks, more_looks
 from .records import FoundOfNumbers, Held, MeasuredOfNumbers, OfNumbers, Volume
@@ -87,7 +87,7 @@ class Resolved(Protocol):
 def undecided(case: Case, rows: Sequence[Resolved]) -> bool:
     """True if no defect is certain, and too few places clearly resolve the defect left there."""
     certain = [row.certain for row in rows if row.certain is not None]
-    if not certain or max(certain) > rounded(case):
+    if not certain or is_defect(max(certain), case.rule.unit(16)):
         return False
     part = resolved(case) / CLEARLY
     return sum(row.resolution <= part * row.left for row in rows
@@ -122,7 +122,8 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
         volume = Volume(**vars(volume_defect(of)))
     entry = _entry(defects[0].entry, n)
     # if differences show a defect, no closed curve is needed; those on leaves cost more
-    if not (case.scene.all_constraints or (_leaves(case) and defects[0].certain > rounded(case))):
+    seen = _leaves(case) and is_defect(defects[0].certain, scheme.rule.unit(16))
+    if not (case.scene.all_constraints or seen):
         random = np.random.default_rng(seed + k)
         loops = [_loop(case, flow, g, look, scale, noise, random) for _ in range(LOOPS)]
         loop = max(one.measured for one in loops)
@@ -238,13 +239,3 @@ def _measured(rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
 def resolved(case: Case) -> float:
     """Return `RESOLVED` in units of the program's round-off; at most a hundredth."""
     return min(0.01, RESOLVED * case.rule.unit(16) / 2.0**-53)
-
-
-def rounded(case: Case) -> float:
-    """Return the defect that the round-off inside of a step may leave.
-
-    The error of a step's own operations is a smooth function of the state if it comes from rounded
-    constants or an iteration's last correction, so that differences take it for the map's
-    (rebound's SABA4 shows 3e-14). Formulas have the same limit.
-    """
-    return LIMITS["form"] * case.rule.unit(16) / 2.0**-53

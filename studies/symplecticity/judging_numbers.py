@@ -16,7 +16,8 @@ from discmech.integrators.numbers import jacobian, sympy
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from .in_numbers import ENOUGH, decisive, resolved, rounded
+from .in_numbers import ENOUGH, decisive, resolved
+from .judging_form import is_defect
 from .limits import LIMITS
 from .own_derivatives import STEPS
 from .places import in_box
@@ -66,7 +67,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
         said = f"{said[:1].upper()}{said[1:]}." if said else ""
         return Verdict("pass", said, {**expected, "not_demanded": reason, "demanded": demanded})
     rough = f"; {_ROUGH.format(noise)}" if noise else ""
-    if certain > rounded(case):
+    if is_defect(certain, case.rule.unit(16)):
         row = max(rows, key=lambda r: r.certain or 0.0)
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
         said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
@@ -130,7 +131,7 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     """Return a fail if a program's own derivative is none of its steps."""
     departures = [(each.off, k, each) for k, row in enumerate(rows) for each in row.derivatives]
     off, k, worst = max(departures, key=lambda each: each[0], default=(0.0, 0, None))
-    if worst is None or not off > rounded(case):
+    if worst is None or not is_defect(off, case.rule.unit(16)):
         return None
     of = "step" if worst.what == "jacobian" else f"run of {STEPS} steps by {worst.by}"
     said = (
@@ -188,7 +189,7 @@ def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
         return None
     of = [(row.volume.certain, k, row.volume) for k, row in enumerate(rows) if row.volume]
     certain, k, volume = max(of, key=lambda triple: triple[0], default=(0.0, 0, None))
-    if volume is None or not certain > rounded(case):
+    if volume is None or not is_defect(certain, case.rule.unit(16)):
         return None
     said = (
         f"volume is not kept: a step changes it by {volume.measured:.2g}, beyond every error of "

@@ -112,7 +112,7 @@ def test_text_that_measures_counts_and_no_other(checkout, file, counts):
 @pytest.mark.slow
 def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
-    assert changes(checkout, "studies/symplecticity/measuring.py", ask)
+    assert changes(checkout, "studies/contact/measuring.py", ask)
     assert changes(checkout, "studies/lattices/lattice.c", ask)
     assert changes(checkout, "integrators/extensions/lattices/scenes/linkages.py", ask)
     assert not changes(checkout, "studies/stability/measuring.py", ask)
@@ -147,27 +147,41 @@ def edited(tree, file, old, new, ask):
     return after != before
 
 
-OF_FORMS, OF_CONTACT = "studies/symplecticity/limits.py", "studies/contact/limits.py"
-
-
-@pytest.mark.dear(but=("falls", "is_wide"))
+@pytest.mark.dear(but=("is_wide", "CHANGES"))
 @pytest.mark.parametrize(("study", "file", "old", "new", "counts"), [
-    ("contact", OF_CONTACT, "1.5, \"factor", "2.5, \"factor", True),  # falls
-    ("contact", OF_CONTACT, "factor by which", "a factor by which", False),
-    ("contact", OF_CONTACT, "0.125, \"1", "0.25, \"1", False),  # turn
-    ("contact", OF_FORMS, "1e-13, \"defect", "1e-12, \"defect", True),
-    ("contact", OF_FORMS, "if digits == 16", "if digits == 17", True),
-    ("contact", OF_FORMS, "1e3, \"limits", "2e3, \"limits", False),
-    ("contact", OF_FORMS, "of_steps = dict", "all_of_them = dict", False),
-    ("momentum", "studies/momentum/limits.py", "5, \"standard", "6, \"standard", False),
-    ("energy", "studies/energy/limits.py", "0.1, \"share of the band that", "0.2, \"", False),
-    ("steps", "studies/energy/judging_errors.py", "<= LIMITS[\"wide\"]", "<= 1", False),
-    ("steps", "studies/energy/judging_errors.py", "@decision\ndef is_wide", "def is_wide", True),
-    ("contact", "studies/contact/measuring.py", "LIMITS[\"falls\"]", "max(LIMITS)", True),
+    ("symplecticity", "symplecticity/limits.py", 'CHANGES = ("change", ', "CHANGES = (", True),
+    ("symplecticity", "symplecticity/limits.py", "1e-13, ", "1e-12, ", False),
+    ("contact", "contact/limits.py", "1.5, ", "2.5, ", False),
+    ("contact", "contact/judging_rises.py", "10 * limit", "9 * limit", False),
+    ("momentum", "momentum/limits.py", "5, ", "6, ", False),
+    ("energy", "energy/limits.py", "0.1, ", "0.2, ", False),
+    ("steps", "energy/judging_errors.py", "LIMITS[\"wide\"]", "1", False),
+    ("steps", "energy/judging_errors.py", "@decision\ndef is_wide", "def is_wide", True),
 ])  # fmt: skip
-def test_of_limits_only_numbers_that_measuring_names_count(checkout, study, file, old, new, counts):
+def test_what_measuring_reads_of_judges_and_limits_counts(checkout, study, file, old, new, counts):
     scene = "kepler" if study != "contact" else "bouncing-ball"
-    assert edited(checkout, file, old, new, partial(key, study, scene)) == counts
+    assert edited(checkout, f"studies/{file}", old, new, partial(key, study, scene)) == counts
+
+
+def test_of_limits_what_measuring_names_counts(tmp_path):
+    """A number without its reason, a function with what it reads; all if any may be read."""
+    (tmp_path / "limits.py").write_text(
+        "A = {'one': Limit(1, 'what', 'why'), 'two': Limit(2, 'what', 'why')}\n"
+        "B = ('b',)\n\n\ndef most(n):\n    return A['two'] * n\n"
+    )
+    whole = (tmp_path / "limits.py").read_text()
+    most = "def most(n):\n    return A['two'] * n"
+    for text, read in (
+        ("from .limits import A\nx = A['one']", ["A one 1"]),
+        ("from .limits import A as C\nx = C['two'], C['one']", ["A one 1", "A two 2"]),
+        ("from .limits import B\nx = B", ["B = ('b',)"]),
+        ("def f():\n    from .limits import most\n    return most(1)", [most, "A two 2"]),
+        ("from .limits import A\nx = A[n]", [whole]), ("from .limits import A\nx = {**A}", [whole]),
+        ("from .limits import A\nx = A['three']", [whole]), ("from . import limits", [whole]),
+        ("from .limits import A", [whole]), ("from .others import A\nx = A['one']", []),
+    ):  # fmt: skip
+        (tmp_path / "measuring.py").write_text(text)
+        assert list(fingerprint._asked_by(tmp_path / "measuring.py")) == read
 
 
 @pytest.mark.slow
