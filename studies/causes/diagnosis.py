@@ -24,8 +24,11 @@ from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, Measurement, in_chart, scheme_of
 from ..core.outcome import named
+from ..evidence import NEAR as BESIDE
+from ..evidence import evidence_of
 from ..systems.runs import gap
-from .exact_path import Truncation, settled_truncation, truncation
+from . import one_step, recorded
+from .exact_path import HALVINGS, Truncation, settled_truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
@@ -58,16 +61,46 @@ def of_order(
         if (local.get("floats") or {}).get("explain"):
             told = _of_floats(scheme, local["floats"])
         else:
-            errors = truncation(scheme, Fraction(local["step"]))
+            for k in range(2, 10, 2):
+                errors = truncation(scheme, Fraction(scheme.scene.step) / 2 ** (HALVINGS * k))
+                if errors.order < wanted - NEAR and errors.settled:
+                    break
+    if told is None and errors.order < wanted - NEAR:
+        return _named(case, wanted, errors)
     evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
     if told is not None:
         evidence["float"] = local["floats"]["values"]
-    elif errors.order < wanted - NEAR:
-        cause, sentence = _of_rule(scheme, wanted, errors, evidence)
-        inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
-        return named(cause, inside + sentence, evidence)
     told = told or _of_runs(case, measurement, duration, at_50_digits, errors, evidence, low)
     return told and named(*told, evidence)
+
+
+def of_law(case: Case, measurement: Measurement, law: str) -> dict[str, Any] | None:
+    """Return the cause of a law that is broken, in the step itself, as `of_order` tells it, or
+    None.
+
+    law: the name of the study. L_d of a formula is to blame only if its steps are not consistent.
+    """
+    if case.rule.is_recorded:
+        return recorded.of_rows(case)
+    if case.scheme.arrows is None:
+        return one_step.of_step(case, law)
+    order = (measurement.get("local") or {}).get("order")
+    scheme = case.scheme.base
+    if order is None or order >= 1 - BESIDE or scheme.arrows is None:
+        return None
+    errors = settled_truncation(scheme)
+    if errors.order >= 1 - NEAR:
+        return None
+    return _named(case, scheme.order or 1, errors)
+
+
+def _named(case: Case, wanted: int, errors: Truncation) -> dict[str, Any]:
+    """Return the cause in L_d, which is below the wanted order."""
+    scheme = case.scheme.base
+    evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
+    cause, sentence = _of_rule(scheme, wanted, errors, evidence)
+    inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
+    return named(cause, inside + sentence, evidence)
 
 
 def of_part(lattice: Lattice, rule: Discretisation) -> dict[str, Any] | None:
@@ -128,7 +161,7 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
         except BadInput:  # that retraction does not fit the algebra
             continue
         evidence[f"order_of_legendre_{name}"] = other.order_of_legendre
-        if other.order > wanted - NEAR:
+        if other.order > wanted - NEAR and _has_order(scheme, name, wanted):
             return (
                 "retraction",
                 f"in the {scheme.scene.groupoid.retraction} chart L_d is of order "
@@ -151,11 +184,13 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             "the scene's discrete_lagrangian is none of its lagrangian: "
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
         )
+    # on a motion of so much symmetry that all points are exact momenta alone show an order
+    gauge = wanted - NEAR < errors.order_of_points < math.inf
     order = round(errors.order, 2)
     if math.isfinite(order) and abs(order - round(order)) < NEAR:  # 1.98 is 2
         order = round(order)
     mend = f"mend the rule, or declare order {order:.3g}."
-    if errors.order_of_points > wanted - NEAR:
+    if gauge:
         mend = f"take it out, or declare order {order:.3g}."
     mean = mean_of_points(scheme) if abs(errors.order - 1) < NEAR else ""
     if mean not in ("", "1/2"):
@@ -166,7 +201,7 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
                 f"the weighted mean of the points where it asks for L lies at {mean} of the step, "
                 "which makes order 1, and in the middle 2: move them, or declare order 1."
             )
-    if errors.order_of_points > wanted - NEAR:
+    if gauge:
         if errors.order < 1 - NEAR and (whole := sum_of_weights(scheme)) not in ("", "1"):
             said = f"its weights sum to {whole}, and have to sum to 1 ({off})."
             return "factor", f"its points are those of L, but its momenta are not: {said}"
@@ -198,6 +233,15 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
         f"O(h^{wanted + 1}) ({off}): the method is of order {order:.3g} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
     )
+
+
+def _has_order(scheme: Scheme, retraction: str, wanted: int) -> bool:
+    """True if single steps in that retraction have the order from all places, not on one motion.
+
+    A turn about one axis is the exponential of its velocity, whatever the rule.
+    """
+    local = evidence_of(scheme_of(in_chart(scheme.scene, retraction), scheme.rule)).order
+    return local.exact or (local.order is not None and local.order > wanted - BESIDE)
 
 
 def _of_weights(scheme: Scheme) -> str:

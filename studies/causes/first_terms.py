@@ -6,9 +6,9 @@ D(h) = Φ_h(z) − φ_h(z) = e₁h + e₂h² + …, by steps in doubles beside t
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from discmech.integrators.extensions.foreign import State, scene_in_numbers
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
-from ..core.case import Case
 from ..evidence import Place, evidence_of
 
 #: steps at a place, relative to the time for which the motion is a short polynomial
@@ -61,15 +60,17 @@ class Beginning:
     shortest: Vector | None = None
 
 
-def beginnings(case: Case, order: bool) -> Iterator[Beginning]:
-    """Yield the first terms at all places of the evidence, and where it decided on the order."""
-    scheme: Any = case.scheme
+@lru_cache(maxsize=64)
+def beginnings(scheme: Any, order: bool) -> list[Beginning]:
+    """Return the first terms at all places of the evidence, and where it decided on the order.
+
+    They are kept, for all studies of a scheme that seek a cause.
+    """
     system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
     evidence = evidence_of(scheme)
     decided = evidence.order.place if order else None  # a fault may show nowhere else
     more = [] if decided is None or decided in evidence.places else [decided]
-    for place in [*evidence.places, *more]:
-        yield _beginning(scheme, system, place)
+    return [_beginning(scheme, system, place) for place in (*evidence.places, *more)]
 
 
 def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:

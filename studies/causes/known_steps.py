@@ -11,6 +11,9 @@ from discmech.integrators import DiscmechError
 from discmech.integrators.extensions.foreign import scene_in_numbers
 from discmech.integrators.numbers import Vector, arithmetic
 
+from ..core.case import Case
+from .first_terms import Told
+
 #: a step of a known method leaves less than this: round-off, and where an iteration stops
 SAME = 2.0**-36
 #: steps of a run that are looked at: at rest some methods agree, and steps may be unlike
@@ -29,6 +32,47 @@ KNOWN: dict[str, tuple[int, tuple[tuple[float, float], ...]]] = {
     "Störmer–Verlet, kick–drift–kick": (2, ((0, 1), (1, 0))),
     "Störmer–Verlet, drift–kick–drift": (2, ((1, 0), (0, 1))),
 }
+#: name ↦ (order, the shares of the step at which stages after the first lie on the slope of the one
+#: before, the weights of all stages)
+EXPLICIT: dict[str, tuple[int, tuple[float, ...], tuple[float, ...]]] = {
+    "the explicit midpoint rule": (2, (1 / 2,), (0, 1)),
+    "Heun's method": (2, (1,), (1 / 2, 1 / 2)),
+    "the classical Runge–Kutta method": (4, (1 / 2, 1 / 2, 1), (1 / 6, 1 / 3, 1 / 3, 1 / 6)),
+}
+#: what steps of these methods lack by design (Hairer, Lubich, Wanner 2006, V.1, VI.4); the
+#: trapezoidal rule is conjugate to the midpoint rule (VI.8), so that its energy stays in a band
+DRIFT = ("the explicit Euler method", "the implicit Euler method", *EXPLICIT)
+LACKS = {
+    "symplecticity": ("which is not symplectic", (*DRIFT, "the trapezoidal rule")),
+    "energy": ("which is not symplectic, so that its energy has no band to stay in", DRIFT),
+    "reversibility": (
+        "which is not self-adjoint", (*DRIFT, *(name for name in KNOWN if "symplectic" in name)),
+    ),
+}  # fmt: skip
+
+
+def by_design(case: Case, law: str) -> Told | None:
+    """Return the cause if steps are those of a known method that lacks a law, or an order.
+
+    law: the name of the study that asks. A program's steps are looked at, not a formula's.
+    """
+    if case.rule.only_step is not None or (known := known_step(case.scheme)) is None:
+        return None
+    name, order = known
+    said = f"its steps are those of {name}, to round-off, "
+    if law in LACKS:
+        lack, names = LACKS[law]
+        return ("known method", f"{said}{lack}.") if name in names else None
+    if law != "order" or order >= (case.order or 1):
+        return None
+    more = ""
+    if "symplectic Euler" in name:
+        when = "late" if name.endswith("drift") else "early"
+        more = ", or begin and end with half a kick: it is a leapfrog whose momentum is half a "
+        more += f"step {when}"
+    return {1: "first order", 2: "second order", 4: "fourth order"}[order], (
+        f"{said}which is of order {order} by design: claim order={order}{more}."
+    )
 
 
 def known_step(scheme: Any) -> tuple[str, int] | None:
@@ -48,6 +92,10 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
         for name, (order, parts) in KNOWN.items():
             if all(_is_step(parts, system, float(flow.step), *z) for z in pairwise(rows)):
                 return name, order
+        for name, (order, shares, weights) in EXPLICIT.items():
+            if all(_is_explicit(shares, weights, system, float(flow.step), *z)
+                   for z in pairwise(rows)):  # fmt: skip
+                return name, order
     except DiscmechError:
         return None
     return None
@@ -63,5 +111,16 @@ def _is_step(parts: Any, system: Any, h: float, z: Vector, end: Vector) -> bool:
         start = z
         for _ in range(ITERATIONS):
             z = start + way(part, start, z)
-    last = way(parts[-1], z, end)
-    return bool((np.abs(end - z - last) <= SAME * (np.abs(z).max() + np.abs(last).max())).all())
+    return _is_way(z, end, way(parts[-1], z, end))
+
+
+def _is_explicit(shares: Any, weights: Any, system: Any, h: float, z: Vector, end: Vector) -> bool:
+    """Return True if the explicit step of such stages leads from z to end, to round-off."""
+    slopes = [np.array(system.f(*z))]
+    for share in shares:
+        slopes.append(np.array(system.f(*(z + h * share * slopes[-1]))))
+    return _is_way(z, end, h * sum(w * slope for w, slope in zip(weights, slopes, strict=True)))
+
+
+def _is_way(z: Vector, end: Vector, way: Any) -> bool:
+    return bool((np.abs(end - z - way) <= SAME * (np.abs(z).max() + np.abs(way).max())).all())

@@ -24,7 +24,7 @@ from ..core.case import Case
 from ..evidence import NEAR, Floor, Grid, evidence_of
 from ..evidence.laws import AGAIN
 from .first_terms import PARTS, SAME, SEEN, Beginning, Told, beginnings, factor, only
-from .known_steps import known_step
+from .known_steps import by_design
 from .no_step import of_no_step
 from .second_terms import of_second
 from .unlike_steps import of_event, of_unlike_steps
@@ -42,16 +42,17 @@ FACTORS = {
 }  # fmt: skip
 
 
-def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
+def of_step(case: Case, law: str = "order", finest: float | None = None) -> dict[str, Any] | None:
     """Return {"cause", "sentence", "evidence"} of a wrong step, or None if nothing is found.
 
-    A step is wrong if it is no step of the scene's motion, or, if `order` is True, of lower order
-    than claimed. finest: the order that runs show at their finest steps, if it is known.
+    A step is wrong if it is no step of the scene's motion, or of lower order than claimed if the
+    study `law` asks for it, or if it is that of a method without the law. finest: the order that
+    runs show at their finest steps, if it is known.
     """
     single = getattr(case.rule, "numbers", "") == "float32"
     if single:  # it hides the error's first terms: the same function shows them in doubles
         made = replace(case, rule=replace(case.rule, numbers="double"))  # type: ignore[call-arg]
-        cause = of_step(made, order)  # errors of its runs may be round-off
+        cause = of_step(made, law)  # errors of its runs may be round-off
         return None if cause and cause["cause"] in _OF_NUMBERS else cause
     if case.rule.unit(16) > 2.0**-50:  # the few digits of a file hide them as well
         return None
@@ -60,7 +61,7 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
             return _of_floor(case, floor)
         if (event := of_event(case)) is not None:
             return event
-        starts = list(beginnings(case, order))
+        starts = beginnings(case.scheme, law == "order")
     except (BadInput, StepFailure, reference.ReferenceFailure):
         return None
     if not starts:
@@ -74,8 +75,10 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
         or _of_limit(case, starts, n)
         or _of_small_factor(case, starts)
     )
-    if told is None and order:
-        told = _by_design(case) or of_second(case, starts, n, finest)
+    if told is None:
+        told = by_design(case, law)
+    if told is None and law == "order":
+        told = of_second(case, starts, n, finest)
     if told is None and not case.rule.is_formula:
         told = of_unlike_steps(case)
     if told is None:
@@ -93,23 +96,6 @@ def _of_floor(case: Case, floor: Floor) -> dict[str, Any] | None:
     cause = "single precision" if "single precision" in floor.words else "rounded"
     said = f"all that it gives are {floor.words}."
     return {"cause": cause, "sentence": said, "evidence": {"floor": floor.size}}
-
-
-def _by_design(case: Case) -> Told | None:
-    """Return the cause if steps are those of a known method of a lower order."""
-    known = known_step(case.scheme)
-    if known is None or known[1] >= (case.order or 1):
-        return None
-    name, order = known
-    more = ""
-    if "symplectic Euler" in name:
-        when = "late" if name.endswith("drift") else "early"
-        more = ", or begin and end with half a kick: it is a leapfrog whose momentum is half a "
-        more += f"step {when}"
-    return ("first order", "second order")[order - 1], (
-        f"its steps are those of {name}, to round-off, which is of order {order} by design: claim "
-        f"order={order}{more}."
-    )
 
 
 def _explains(starts: list[Beginning], field: Any) -> bool:
@@ -227,7 +213,7 @@ def _of_limit(case: Case, starts: list[Beginning], n: int) -> Told | None:
     drag = factor(starts, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
         return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
-    return _not_squared(starts, n) or _of_entries(case, starts, n)
+    return _not_squared(starts, n) or _of_entries(starts, n)
 
 
 def _squared(starts: list[Beginning], n: int) -> Told | None:
@@ -326,29 +312,22 @@ def said_of(name: str, c: float) -> Told:
     return "factor", f"{name} comes {c:.6g} times in the step."
 
 
-def _of_entries(case: Case, starts: list[Beginning], n: int) -> Told | None:
-    """Return the cause for single entries: a factor that is the same everywhere, or the size."""
+def _of_entries(starts: list[Beginning], n: int) -> Told | None:
+    """Return the cause for single entries: a factor that is the same everywhere, or the size.
+
+    Single precision is none of these: its rounding is no limit, and `_of_numbers` sees it.
+    """
     size = len(starts[0].z)
     off = [max(abs(b.first_error[i]) / b.span[i] for b in starts) for i in range(size)]
-    single = max(off) < 1e-5
-    if single and max(off) > SINGLE / 64 and not case.rule.is_formula:
-        return "single precision", (
-            f"the field is off by {max(off):.1e} of it, differently at each place: single "
-            "precision somewhere."
-        )
     wrong = [i for i in range(size) if off[i] > SEEN]
     names = [f"x[{i}]" if i < n else f"mu[{i - n}]" for i in range(size)]
-    told = []
-    for i in wrong:
-        one = slice(i, i + 1)
-        more = factor(starts, lambda b, s=one: only(b.first_error, s),
-                       lambda b, s=one: only(b.f, s))  # fmt: skip
-        if more is not None:
-            c = 1 + more
-            word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
-            told.append((names[i], c, word))
-    if told:
-        name, c, word = told[0]
+    factors = [factor(starts, lambda b, s=slice(i, i + 1): only(b.first_error, s),
+                      lambda b, s=slice(i, i + 1): only(b.f, s)) for i in wrong]  # fmt: skip
+    if wrong and factors[0] is not None and None not in factors:
+        name, c = names[wrong[0]], 1 + factors[0]
+        if abs(c - 1) < 1e-2:
+            return said_of(f"the rate of {name}", c)
+        word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
         cause = {"its sign is flipped": "flipped sign", "it is missing": "missing term"}
         return cause.get(word, "factor"), (
             f"the rate of {name} is {c:.6g} times that of the scene{f': {word}' if word else ''}."

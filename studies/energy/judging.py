@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -121,3 +122,10 @@ def _sinks(case: Case, record: Found) -> Verdict:
         said += f", after {before:.2f} at twice the step: take more --steps."
         return Verdict("inconclusive", said, expected)
     return Verdict("fail", f"{said}.", expected)
+
+
+def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
+    """Return the cause of a drift, or of another motion, in the step itself (`of_law`)."""
+    from ..causes.diagnosis import of_law
+
+    return of_law(case, measurement, "energy")

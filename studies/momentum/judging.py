@@ -130,7 +130,14 @@ def _judge_faults(
 
 
 def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
-    """Return the cause of a drift beyond the limit (`cause_of_drift`); None under a force."""
+    """Return the cause of a drift beyond the limit (`cause_of_drift`), or in the step (`of_law`).
+
+    None under a force.
+    """
+    from ..causes.diagnosis import of_law
+
     drift = measurement.measured["drift"]
     limits = judge(case, measurement).expected.get("limits", {})
-    return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})
+    beyond = {k: v for k, v in drift.items() if not v <= limits.get(k, 0)}
+    cause = cause_of_drift(case, beyond, measurement["steps"])
+    return cause or of_law(case, measurement, "momentum")

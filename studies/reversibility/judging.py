@@ -55,3 +55,10 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
     said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "
     said += f"could be hidden, where a method of this order may leave {left:.1e}."
     return Verdict("inconclusive", said, expected)
+
+
+def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
+    """Return the cause of a step back that misses its start, in the step itself (`of_law`)."""
+    from ..causes.diagnosis import of_law
+
+    return of_law(case, measurement, "reversibility")

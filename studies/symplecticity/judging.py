@@ -91,11 +91,11 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return which is to blame for a defect: the solver's residual, the update or the structure."""
     if case.control is not None:
         return None
-    if not case.rule.is_formula:
-        from ..causes.one_step import of_step
-
-        return of_step(case, order=False)
+    from ..causes.diagnosis import of_law
     from ..core.outcome import named
+
+    if not case.rule.is_formula:
+        return of_law(case, measurement, "symplecticity")
 
     record = decoded(Found, measurement)
     broken = _broken(case, record)
@@ -107,7 +107,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     if not broken:  # the defect is only at the places, where no solver has a part
         at_places = record.local.laws.get(FORM.name) if record.local else None
         if at_places is None or not at_places.broken:
-            return None
+            return of_law(case, measurement, "symplecticity")
         said = "the step itself does not keep the form; the run's states, steps and times hide it."
         return named("structure", said, {})
     # a broken form is a fault of the maps; the residual alone concerns the run

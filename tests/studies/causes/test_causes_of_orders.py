@@ -145,6 +145,17 @@ def test_a_chart_in_which_the_rule_loses_its_order_is_told_beside_the_other():
     assert truncation(Scheme(spherical(exponential), constant)).legendre[-1] < 1e-45
 
 
+@pytest.mark.slow
+def test_no_chart_is_blamed_that_mends_one_turn_about_an_axis_and_no_motion_beside_it():
+    turn = Scene(
+        name="turn", groupoid=lie_group(so(3)), v0=[1, 0, 0], duration=10, step="1/10",
+        lagrangian=lambda x, v, p: (v[0] ** 2 + 2 * v[1] ** 2 + 3 * v[2] ** 2) / 2,
+    )  # fmt: skip
+    assert cause(order(turn.with_attitude(), constant))["cause"] == "discrete Lagrangian"
+    other = truncation(Scheme(replace(turn, groupoid=lie_group(so(3), exponential)), constant))
+    assert other.order == np.inf
+
+
 def test_a_wrong_start_is_told_by_its_momentum():
     found = cause(order("kepler", trapezoidal, fault=wrong_start))
     assert found["cause"] == "starting momentum"

@@ -1,8 +1,10 @@
 """Defects of symplecticity and of momenta: one constructed case for each cause, and its name."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
+import sympy
 
 from discmech.integrators import Conserved, Scene, discretisation, pair, scenes
 from discmech.integrators import rules as discretisations
@@ -74,6 +76,18 @@ def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_a
     found = cause(momentum("kepler", pushed))
     assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
     assert found["evidence"]["gap"] > 1e-8
+
+
+@discretisation(order=2)
+def uneven(L, G, x, u, h):
+    """The midpoint rule with a ridge across the orbit, far from its start."""
+    return h * L(G.target(x, u, h / 2), u) + h * x[1] * sympy.exp(-400 * (x[0] + 1) ** 2) / 10**4
+
+
+def test_it_is_so_where_the_run_loses_it_and_not_at_its_start():
+    found = cause(replace(momentum("kepler", uneven), steps=400))
+    assert found["cause"] == "invariance" and " from t = " in found["sentence"]
+    assert found["evidence"]["made"] > found["evidence"]["change"] / 2 > 0
 
 
 def told_of(scene, rule=midpoint):

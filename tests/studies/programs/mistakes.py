@@ -144,6 +144,13 @@ def single_throughout(q, p, h, s):
     return q.astype(float), (p - h / 2 * s.gradient(q, p).astype(np.float32)).astype(float)
 
 
+@mistake("another field")
+def turned(q, p, h, s):
+    """Each step ends with a turn of 10⁻⁶ h in (q, p), as smooth as no rounding is."""
+    q, p = kick_drift_kick(q, p, h, s)
+    return q + 1e-6 * h * p, p - 1e-6 * h * q
+
+
 @mistake("unlike steps")
 class StaleTenth:
     """Verlet with a force that is not computed anew in each tenth step."""

@@ -74,6 +74,18 @@ def test_a_mistake_has_a_sentence_of_its_own(name, words):
     assert told["cause"] == cause and words in told["sentence"]
 
 
+@pytest.mark.parametrize(("law", "name", "words"), [
+    ("symplecticity", "euler", "explicit Euler method, to round-off, which is not symplectic"),
+    ("energy", "euler", "its energy has no band"), ("reversibility", "late", "not self-adjoint"),
+    ("symplecticity", "late", ""), ("energy", "rk4", "the classical Runge–Kutta method"),
+])  # fmt: skip
+def test_a_law_that_a_known_method_lacks_has_its_name(law, name, words):
+    """Symplectic Euler is symplectic by design: another cause has to be found, or none."""
+    boxes = {box.name: box for _, box in MISTAKES} | EVERY
+    told = of_step(Case(law, scenes.get("pendulum"), boxes[name], 16), law)
+    assert words in told["sentence"] if words else told is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "box"), [
     ("pendulum", methods.verlet), ("kepler", methods.verlet), ("henon-heiles", methods.verlet),
