@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
@@ -176,24 +176,40 @@ def problem_named(word: str) -> Any:
     return _problems_in(file).get(name)
 
 
-def problem_of(scene: Scene) -> Any:
-    """Return the optimal control problem with that scene, in any chart; None if there is none."""
+def problems_of(scene: Scene) -> dict[str, Any]:
+    """Return the problems of control with that scene, in any chart, by the names of their scenes.
+
+    One problem has the name of the scene that is asked for, each of several that of its own scene
+    (`_scene_of`).
+    """
     problems = _problems()
     if scene.name in problems.NAMES and problems.get(scene.name).scene.laws == scene.laws:
-        return problems.get(scene.name)
+        return {scene.name: problems.get(scene.name)}
     for file in reversed(loaded()):
-        own = {name: each for name, each in _problems_in(file).items()
-               if each.scene.laws == scene.laws}  # fmt: skip
-        if named := {name: each for name, each in own.items() if each.scene.name == scene.name}:
-            own = named
-        if len(set(own.values())) > 1:
-            raise BadInput(
-                f"{file.path}: {', '.join(own)} are problems of one scene, {scene.name}; give "
-                "each a scene of its own (scene.with_values(name=...))."
-            )
-        if own:
-            return next(iter(own.values()))
-    return None
+        own = [(_scene_of(file, name).name, each) for name, each in _problems_in(file).items()
+               if each.scene.laws == scene.laws]  # fmt: skip
+        for named in (
+            [pair for pair in own if pair[0] == scene.name],
+            [pair for pair in own if pair[1].scene.name == scene.name],
+            own,
+        ):
+            if len({problem for _, problem in named}) == 1:
+                return {scene.name: named[0][1]}
+            if named:
+                return dict(named)
+    return {}
+
+
+def _scene_of(file: UserFile, name: str) -> Scene:
+    """Return the scene of a problem in a file, with the name of the problem's variable if others
+    have it too.
+    """
+    problem = file.variables[name]
+    same = (problem.scene.name, problem.scene.laws)
+    kin = {e for e in _problems_in(file).values() if (e.scene.name, e.scene.laws) == same}
+    if len(kin) > 1 and name not in file.made:
+        file.made[name] = problem.scene.with_values(name=name)
+    return cast(Scene, problem.scene if len(kin) == 1 else file.made[name])
 
 
 def scene_given(thing: Any) -> Scene:
@@ -433,7 +449,7 @@ def _asked(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
     # of a Control(...), or of a map's own states
     thing = getattr(variable, "own_scene", None) or getattr(variable, "scene", None)
     if kind is SCENE and isinstance(thing, Scene):
-        return (thing,)
+        return (_scene_of(file, name) if name in _problems_in(file) else thing,)
     if several := [e for e in file.lists.get(name, ()) if e in own.values() or kind is _kind_of(e)]:
         return tuple(several)
     for each in (name, getattr(variable, "name", ""), name.replace("_", "-")):

@@ -51,8 +51,8 @@ def cases(choice: Choice) -> list[Case]:
     return [
         Case(NAME, chart, rule, 16, choice.steps)
         for scene in scenes
-        if lookup.problem_of(scene) is not None
-        for chart in choice.charts(scene)
+        for name in lookup.problems_of(scene)
+        for chart in choice.charts(scene if name == scene.name else scene.with_values(name=name))
         for rule in rules
         if rule.applies(chart)
     ]
@@ -60,7 +60,7 @@ def cases(choice: Choice) -> list[Case]:
 
 def depends_on(case: Case) -> str:
     """Return the text on which a result depends beside the scene and the rule."""
-    problem = lookup.problem_of(case.scene)
+    problem = lookup.problems_of(case.scene)[case.scene.name]
     name = problem.scene.name
     if name in built_in.NAMES and problem is built_in.get(name):
         return ""  # its text is the bench's own, which every result depends on
@@ -74,7 +74,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     states, costates, controls: the largest change to the next solution, over the size of its kind;
     error: the largest of the three.
     """
-    problem = lookup.problem_of(case.scene).with_values(scene=case.scene)
+    problem = lookup.problems_of(case.scene)[case.scene.name].with_values(scene=case.scene)
     solutions, count = list[Optimum](), case.steps or STEPS
     for k in range(MOST_LEVELS):
         progress(f"{case.scene.name} {case.label}: {count} steps", k / MOST_LEVELS)

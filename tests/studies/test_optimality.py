@@ -79,8 +79,11 @@ def test_two_problems_of_one_scene_are_told_apart(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     far = PROBLEM + "far = Control(cart, cost=lambda x, v, f, p: f.dot(f), end=([2], [0]))\n"
     (tmp_path / "two.py").write_text(far, encoding="utf-8")
-    assert main(["optimality", "two.py:cart"]) == 2
-    assert "push, far are problems of one scene, cart" in capsys.readouterr().err
+    for word, names in (("far", ["far"]), ("cart", ["push", "far"]), ("push", ["push"])):
+        asked = ["optimality", f"two.py:{word}", "--rule", "midpoint", "--steps", "16"]
+        assert main([*asked, "--json", "-"]) == 0
+        cases = json.loads(capsys.readouterr().out)["cases"]
+        assert [case["scene"] for case in cases] == names
     (tmp_path / "one.py").write_text(PROBLEM, encoding="utf-8")
     assert main(["optimality", "one.py:push", "--rule", "midpoint", "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["cases"][0]["scene"] == "cart"
