@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from html import escape, unescape
+from itertools import product
 from typing import Any
 
 LARGEST = 3000  # larger expressions, in operations, are only freed of common factors
@@ -23,6 +24,7 @@ def ascending(
 ) -> list[Any]:
     """Return terms that add up to the expression exactly, by ascending powers of h, each factored.
 
+    Of sin²a + cos²a with equal factors only the factors stay.
     Terms that depend on the symbols in `base` (potentials) are separate from the others. Terms
     whose denominators contain h are gathered over one denominator and come last. With `named`, a
     denominator becomes a letter, and this dictionary gets (letter → denominator). Sums under roots
@@ -126,7 +128,24 @@ def _factored(part: Any) -> Any:
 def _expanded(expression: Any) -> Any:
     from sympy import expand
 
-    return expand(expression, power_base=False, power_exp=False, log=False)
+    return _without_circles(expand(expression, power_base=False, power_exp=False, log=False))
+
+
+def _without_circles(expression: Any) -> Any:
+    """Return a sum with c·r in place of c·r·sin²a + c·r·cos²a, as often as there are such terms."""
+    from sympy import Add, cos, sin
+
+    sines = [s for s in expression.atoms(sin) if expression.has(cos(*s.args))]
+    terms, before = dict(expression.as_coefficients_dict()) if sines else {}, 0
+    while len(terms) != before:
+        before = len(terms)
+        for s, term in product(sines, [*terms]):
+            rest = term / s**2 if term.as_powers_dict()[s] >= 2 else None
+            other = None if rest is None else rest * cos(*s.args) ** 2
+            if term in terms and other in terms and terms[term] == terms[other]:
+                del terms[other]
+                terms[rest] = terms.get(rest, 0) + terms.pop(term)
+    return Add(*(c * term for term, c in terms.items())) if sines else expression
 
 
 def display(formula: str) -> str:

@@ -196,6 +196,20 @@ def test_formulas_are_collected_and_stay_exact() -> None:
     assert words(minus) == "-a-b+(-a2+b2)+ua2"
 
 
+def test_squares_of_sine_and_cosine_are_added() -> None:
+    """A Lagrangian by places of bodies is full of them; of unequal factors both stay."""
+    from sympy import cos, sin, symbols
+
+    h, m, u, x, z = symbols("h m u x z")
+    sphere = (cos(x) * cos(z)) ** 2 + (cos(x) * sin(z)) ** 2 + sin(x) ** 2
+    assert formulas.ascending(m * u**2 * sphere / 2 + h * m * u * sphere, h, {x, z}) == [
+        m * u**2 / 2, h * m * u,
+    ]  # fmt: skip
+    assert formulas.ascending(cos(x) ** 2 * (u + sin(x) ** 2 / cos(x) ** 2 * u), h, {x}) == [u]
+    for rest in (2 * m * cos(x) ** 2 + m * sin(x) ** 2, cos(x) ** 2 + sin(z) ** 2, cos(x) ** -2):
+        assert (sum(formulas.ascending(rest, h, {x, z})) - rest).expand() == 0
+
+
 def test_equations_of_a_scheme_are_typeset() -> None:
     from discmech.integrators import Scheme, scenes
     from discmech.integrators import rules as discretisations
