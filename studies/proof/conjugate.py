@@ -135,13 +135,14 @@ def _equations(
     moved = truncated([a - b for a, b in zip(z, at[0], strict=True)])
     slopes = [truncated(column) for column in M.T]
     pairs = [*itertools.combinations(range(size), 2)]
+    beyond = field.polynomial([*[0] * (power + 1), 1])  # products are taken up to h^power
 
     @cache
     def monomial(powers: tuple[int, ...]) -> Any:
         i = next((i for i, e in enumerate(powers) if e), None)
         if i is None:
             return field.polynomial([1])
-        return monomial((*powers[:i], powers[i] - 1, *powers[i + 1 :])).mul_low(moved[i], power + 1)
+        return monomial((*powers[:i], powers[i] - 1, *powers[i + 1 :])) * moved[i] % beyond
 
     def value(e: Any) -> Any:
         """Return a polynomial in w at the state after the step."""
@@ -155,7 +156,7 @@ def _equations(
             total = field.polynomial([-int(form[a, b][0])])
             for (i, j), e in form.items():
                 turn = slopes[a][i] * slopes[b][j] - slopes[a][j] * slopes[b][i]
-                total += e.mul_low(turn, power + 1)
+                total += e * turn % beyond
             gaps.append(total)
         return gaps
 
