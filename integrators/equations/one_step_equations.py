@@ -7,22 +7,21 @@ velocity in the map is an unknown too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 from ..compiler import Kind, Step
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import replaced, shown, symbols_of, sympy
-from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..numbers import Node, shown, sympy
+from ..numbers.types import Column, Letter
 from ..rules import Discretisation
 from ..scene import Scene
 from .checks import singular
 from .dual_system import DualSystem
 from .step_equations import StepEquations
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, vector
 
-#: operations of the result beyond which a step stays implicit: its text would cost more than an
+#: expressions of the result beyond which a step stays implicit: its text would cost more than an
 #: iteration
 MOST = 20_000
 
@@ -41,38 +40,40 @@ class OneStepEquations(StepEquations):
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
         self.view = DualSystem(s, main)
         self.scope = self.view.scope
-        with_stages = rule.stages > 0
         self._place = line_of(rule.formula)
-        if with_stages:
+        graph, h = self.graph, self.graph.read(s.h)
+        D = graph.letters(main[0])
+        end = self.state + self.h * main[0]
+        if rule.stages:
             answer = self._asked(self.state, self.h, main)
             pair = isinstance(answer, tuple) and len(answer) == 2
             if not pair or not hasattr(answer[1], "__len__") or len(answer[1]) != rule.stages:
                 raise self._bad(f"has stages: return Z, [{rule.stages} residuals]")
-            rows = column([e for part in answer[1] for e in self._state(part, "a residual")])
+            rows = [e for part in answer[1] for e in self._state(part, "a residual")]
             new = self._state(answer[0], "Z")
+        elif rule.implicit:
+            rows = self._state(self._asked(self.state, end, self.h), "its residual", over=self.h)
         else:
-            D, new = main[0], self.state + self.h * main[0]
-            if rule.implicit:
-                rows = self._state(self._asked(self.state, new, self.h), "its residual")
-                rows = over(rows, self.h)
-            else:
-                value = self._state(self._asked(self.state, self.h), "Z")
-                rows = D - over(value - self.state, self.h)
+            value = self._state(self._asked(self.state, self.h), "Z")
+            grown = graph.minus(value, graph.letters(self.state))
+            rows = graph.minus(D, [graph.divided(e, h) for e in grown])
+        if not rule.stages:
+            new = graph.column(end)
         velocities = self.view.velocities
         self.explicit = not (rule.stages or rule.implicit or velocities)
         self.unknowns: list[tuple[Kind, Column]] = [("slope", part) for part in main]
         self.unknowns += [("velocity", part) for part in velocities]
-        self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
+        self.rows = [*rows, *graph.column(e for part in self.view.velocity_rows for e in part)]
         if s.degenerate and not self.explicit:
             # unknowns that are x/h: differences of ϑ are known to the round-off of x alone, so
             # slopes are too, and near an equilibrium Newton's method would look for a smaller one
             floor = vector("zx", len(s.x))
             self.unknowns.append(("place", floor))
-            self.rows = self.rows.col_join(floor - s.x / s.h)
+            self.rows += graph.column(floor - s.x / s.h)
         if s.degenerate:  # μ is ϑ(x), for any start
-            new = column([*new, *self.view.letters(self.view.theta(new))])
-        self.increment = new - self.z
-        self._new = new
+            end = graph.shown_column(new)
+            new += graph.column(self.view.letters(self.view.theta(end)))
+        self.increment = graph.minus(new, graph.letters(self.z))
         self._check_letters()
 
     @cached_property
@@ -80,15 +81,46 @@ class OneStepEquations(StepEquations):
         """One step as data; it is explicit too where rows give their unknowns one after another."""
         formulas = None
         if not self.explicit and all(kind != "velocity" for kind, _ in self.unknowns):
-            known = self.graph.letters_below([*self.rows, *self.increment])
-            formulas = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
+            formulas = self._formulas()
         if formulas is None:
             return super().step
         w, values, increment, gain = formulas
         return self._step(
-            w=tuple(w), rows=w - values, slope=sympy.eye(len(w)), increment=increment, gain=gain,
-            wanted=tuple(0 * w), explicit=True,
+            w=tuple(map(self.graph.shown, w)), rows=self.graph.minus(w, values),
+            slope=sympy.eye(len(w)), increment=increment, gain=gain,
+            wanted=(0,) * len(w), explicit=True,
         )  # fmt: skip
+
+    def _formulas(self) -> tuple[list[Node], list[Node], list[Node], list[Node]] | None:
+        """Return (w, values of w, increment, gain), or None if some unknown has to be solved for.
+
+        A row w − g(…) = 0 gives w, if g needs only unknowns that other rows give before. If all
+        rows are such rows, in some order, as the stages of Störmer–Verlet on a separable scene are,
+        the step is explicit: g is written out in the state alone, increment and gain in w, the
+        state and y. A function of x alone, such as a force, is no unknown then: a kernel has its
+        costly functions from the step before.
+        """
+        graph, x, y = self.graph, *map(self.graph.letters, (self.x, self.s.y))
+        w = graph.letters(self.w)
+        left = dict(zip(w, graph.unheld(graph.minus(w, self.rows)), strict=True))
+        solutions: dict[int, Node] = {}
+        while left:
+            unknown = {e.args for e in left}
+            ready = [e for e, g in left.items() if not graph.symbols([g]) & unknown]
+            values = graph.rebuilt([left.pop(e) for e in ready], solutions)
+            if not ready or len(graph.order(values)) > MOST:
+                return None
+            solutions |= {e.index: g for e, g in zip(ready, values, strict=True)}
+        moving = {*self.z[len(x) :]}
+        kept = [e for e in w if graph.symbols([solutions[e.index]]) & moving]
+        if not kept:
+            return None
+        others = {i: g for i, g in solutions.items() if graph.nodes[i] not in kept}
+        increment = graph.unheld(self.increment[: len(x)], others)
+        # the end point of a step is y, whose functions the next step needs again
+        ends = dict(zip(graph.plus(x, increment), y, strict=True))
+        gain = graph.unheld(self.increment[len(x) :], others, ends)
+        return kept, [solutions[e.index] for e in kept], increment, gain
 
     def check_regular(self, scene: Scene, rule: Discretisation) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
@@ -108,8 +140,8 @@ class OneStepEquations(StepEquations):
     def _asked(self, *arguments: Column | Letter | list[Column]) -> Any:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 
-    def _state(self, answer: Any, what: str) -> Column:
-        """Return a column of n+m expressions; raises `BadInput` for any other shape."""
+    def _state(self, answer: Any, what: str, over: Letter = 1) -> list[Node]:
+        """Return n+m expressions, divided term by term; raises `BadInput` for any other shape."""
         shape = getattr(answer, "shape", None)
         # an array without axes has no entries
         several = hasattr(answer, "__iter__") if shape is None else shape
@@ -126,7 +158,8 @@ class OneStepEquations(StepEquations):
             raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
         scalars = self.s.scalars(entries, f"map {self.rule.name}: {what}", self.rule.formula)
         try:
-            return self.view.letters(scalars)
+            parts = (sympy.Add.make_args(e) for e in self.view.letters(scalars))
+            return [self.graph.read(sympy.Add(*[term / over for term in e])) for e in parts]
         except BadInput as error:
             raise self._bad(f"cannot be used: {error}") from None
 
@@ -147,80 +180,3 @@ class OneStepEquations(StepEquations):
         """Return the refusal of `name`, which only a discrete Lagrangian has."""
         words = "is a one-step map without a discrete Lagrangian"
         return CannotMeasure(f"{self.rule.name} {words}: it has no {name}.")
-
-
-def over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
-    """Return matrix/h term by term, so that powers of h cancel before they are ever rounded."""
-    return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))
-
-
-def explicit_rows(
-    rows: Column, w: Column, new: Column, z: Column, y: Column, known: Mapping[Letter, Expression]
-) -> tuple[Column, Column, Column, Column] | None:
-    """Return (w, values of w, increment, gain), or None if some unknown has to be solved for.
-
-    A row w − g(…) = 0 gives w, if g needs only unknowns that other rows give before. If all rows
-    are such rows, in some order, as the stages of Störmer–Verlet on a separable scene are, the step
-    is explicit: g is written out in the state alone, increment and gain in w, the state and y. A
-    function of x alone, such as a force, is no unknown then: a kernel has its costly functions from
-    the step before.
-
-    new: the state after the step, z before, y: letters of the first entries of the new one; known:
-    the values of other letters.
-    """
-    values = dict(known)
-    definitions: dict[Letter, Expression] = {}
-    for letter, row in zip(w, rows, strict=True):
-        rest = letter - row
-        if letter in symbols_of([rest]):
-            return None
-        definitions[letter] = rest
-    solutions = _written_out(list(w), values | definitions, {})
-    if solutions is None:
-        return None
-    moving = {*z[len(y) :]}
-    kept = [e for e, value in zip(w, solutions, strict=True) if symbols_of([value]) & moving]
-    if not kept:
-        return None
-    values |= {e: value for e, value in zip(w, solutions, strict=True) if e not in kept}
-    grown = [a - b for a, b in zip(new, z, strict=True)]
-    n = len(y)
-    increment = _written_out(grown[:n], values, {})
-    if increment is None:
-        return None
-    # the end point of a step is y, whose functions the next step needs again
-    ends = {a + e: b for a, e, b in zip(z, increment, y, strict=False)}
-    gain = _written_out(grown[n:], values, ends)
-    if gain is None:
-        return None
-    formulas = dict(zip(w, solutions, strict=True))
-    return column(kept), column(formulas[e] for e in kept), column(increment), column(gain)
-
-
-def _written_out(
-    wanted: Sequence[Expression], values: dict[Letter, Expression],
-    named: dict[Expression, Expression],
-) -> list[Expression] | None:  # fmt: skip
-    """Return expressions without the letters that have values; None if recursive, or too long.
-
-    named: values that have letters of their own.
-    """
-    known: dict[Expression, Expression] = {}
-    pending: set[Letter] = set()
-
-    def of(letter: Letter) -> Expression | None:
-        if letter not in known:
-            if letter in pending:  # it needs itself
-                return None
-            pending.add(letter)
-            if not all(of(e) is not None for e in symbols_of([values[letter]]) & values.keys()):
-                return None
-            value = replaced([values[letter]], known.copy())[0]
-            known[letter] = named.get(value, value)
-        return known[letter]
-
-    for e in symbols_of(wanted) & values.keys():
-        if of(e) is None:
-            return None
-    expressions = replaced(wanted, known.copy())
-    return expressions if sum(sympy.count_ops(e) for e in expressions) <= MOST else None

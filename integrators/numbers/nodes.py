@@ -252,6 +252,23 @@ class Walks:
                 made[e.index] = self._rebuilt(e, made, calls)
         return [made[e.index] for e in nodes]
 
+    def unheld(
+        self, nodes: Sequence[Node], swap: dict[int, Node] | None = None,
+        named: dict[Node, Node] | None = None,
+    ) -> list[Node]:  # fmt: skip
+        """Return nodes with others in place of those of `swap`, and no held nodes below them.
+
+        named: what stands for a held value, where that is not the value itself.
+        """
+        made, named = dict(swap or {}), named or {}
+        for e in self.order(nodes, lambda e: e.index in made):
+            if e.kind == HELD and e.index not in made:
+                value = made[self.below(e)[0].index]
+                made[e.index] = named.get(value, value)
+            elif e.index not in made:
+                made[e.index] = self._rebuilt(e, made, {})
+        return [made[e.index] for e in nodes]
+
     def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Call, Call]) -> Node:
         kind, args = e.kind, e.args
         if kind == RESULT and e.graph is not self:
