@@ -110,9 +110,8 @@ class KernelText:
         self.step, self.suffix, self.omit = step, suffix, frozenset(omit)
         edge = ["edge"] if step.extents else []
         self.parts, self.own = parts or (*edge, "solver", "update", "carry", "prepare"), own
-        self.nodes = step.nodes
         self.coefficients = coefficients or Coefficients(
-            step.q, self.nodes.graph, plain="coefficients" in self.omit
+            step.q, step.graph, plain="coefficients" in self.omit
         )
         #: of the functions that kernels call: (name, what it uses of its caller, text)
         self._functions: dict[Hashable, tuple[str, dict[str, Node | None], str]] = {}
@@ -162,7 +161,7 @@ class KernelText:
     # -- operations ------------------------------------------------------------------------------
 
     def _operations(self, inside: object = None) -> Operations:
-        return Operations(self.nodes.graph, self.coefficients, self._called, inside)
+        return Operations(self.step.graph, self.coefficients, self._called, inside)
 
     def _scale(self, operations: Operations) -> None:
         """Write u as ξ/h, ξ = hu, for those u on which the chart depends.
@@ -171,9 +170,9 @@ class KernelText:
         rounding does not turn a rotation into a slow spiral: if h²/4 is rounded separately from h,
         |Γ|² drifts linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
-        for letter, u in zip(self.step.u, self.nodes.u, strict=True):
-            if letter in self.step.scaled:
-                operations.scale(u, self.nodes.q[0])
+        h, *scaled = self.step.graph.letters((self.step.q[0], *self.step.scaled))
+        for u in scaled:
+            operations.scale(u, h)
 
     def _called(
         self, caller: Operations, function: Any, places: Sequence[int]
@@ -223,18 +222,17 @@ class KernelText:
 
     def _equations(self) -> str:
         """Return the text of a term's rows and of their slope, by rows."""
-        nodes = self.nodes
         arguments = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
         operations = self._start(arguments)
-        values = operations.values([*nodes.rows, *(e for row in nodes.slope for e in row)])
-        m = len(nodes.rows)
+        values = operations.values(self.step.system)
+        m = len(self.step.rows)
         return self._function("equations", arguments, operations, [values[:m], values[m:]])
 
     def _gain(self) -> str:
         """Return the text of the increments of μ at both ends of a bond."""
         arguments = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
         operations = self._start(arguments)
-        gain = self._at_end(operations, self.nodes.gain)
+        gain = self._at_end(operations, self.step.gain)
         return self._function("gain", arguments, operations, [gain])
 
     def _carry(self) -> str:
@@ -255,21 +253,20 @@ class KernelText:
             arguments = {"x": step.x, "w": step.w, "c": self.coefficients}
             operations = self._start(arguments)
             entries = (e for column in columns for e in column)
-            queue = iter(operations.values(self.nodes.graph.column(entries)))
+            queue = iter(operations.values([*entries]))
             results = [[next(queue) for _ in column] for column in columns]
             texts.append(self._function(name, arguments, operations, results))
         return "\n\n".join(texts)
 
     def _solver(self) -> str:
         """Return the text of one Newton correction, or of the solution if rows are affine in w."""
-        step, nodes = self.step, self.nodes
-        graph, m = nodes.graph, len(step.w)
-        entries = [*nodes.rows, *(e for row in nodes.slope for e in row)]
+        step, graph = self.step, self.step.graph
+        entries, m = step.system, len(step.w)
         if self.affine:
-            zero = dict.fromkeys((e.index for e in nodes.w), graph.number(0))
+            zero = dict.fromkeys((e.index for e in graph.letters(step.w)), graph.number(0))
             entries = graph.rebuilt(entries, zero)
         rows, slope = entries[:m], [entries[i : i + m] for i in range(m, m + m * m, m)]
-        residual = [a - b for a, b in zip(nodes.wanted, rows, strict=True)]
+        residual = [a - b for a, b in zip(step.wanted, rows, strict=True)]
         # further corrections repair the effect of small pivots, but an affine step has only one
         exchange = self.affine or "order" in self.omit or not has_pivots(step)
         dw, _ = solve(graph, slope, residual, self.coefficients, pivot_rows(step), exchange)
@@ -281,8 +278,8 @@ class KernelText:
         values = operations.values(dw)
         if step.along is not None:
             letters, along = step.along
-            operations.give(nodes.graph.column(letters), values)
-            values = operations.values(nodes.graph.column(along))
+            operations.give(graph.letters(letters), values)
+            values = operations.values(along)
         results: list[Sequence[Value] | Value] = [values]
         if not self.affine:
             results.append(operations.sum([operations.function("abs", e & ~1) for e in values]))
@@ -294,15 +291,15 @@ class KernelText:
         The rounding errors of earlier sums (ex, emu) are subtracted here, where the compiler may
         choose the order: they are tiny, and off the longest path this costs nothing.
         """
-        step, nodes = self.step, self.nodes
+        step = self.step
         lost = {"ex": [f"ex_{i}" for i in range(len(step.x))],
                 "emu": [f"emu_{i}" for i in range(len(step.u))]}  # fmt: skip
         arguments = {"x": step.x, "w": step.w, "mu": step.mu, "k": self._k, **lost,
                      "c": self.coefficients}  # fmt: skip
         operations = self._start(arguments)
-        at_end = self._at_end(operations, [*nodes.gain, *(b for _, b in self.carried)])
-        d = operations.values(nodes.increment)
-        dmu, new_k = at_end[: len(nodes.gain)], at_end[len(nodes.gain) :]
+        at_end = self._at_end(operations, [*step.gain, *(b for _, b in self.carried)])
+        d = operations.values(step.increment)
+        dmu, new_k = at_end[: len(step.gain)], at_end[len(step.gain) :]
         grown = [[operations.sum([a, operations.leaf(e) + 1])
                   for a, e in zip(column, names, strict=True)]
                  for column, names in ((d, lost["ex"]), (dmu, lost["emu"]))]  # fmt: skip
@@ -310,10 +307,10 @@ class KernelText:
 
     def _at_end(self, operations: Operations, uses: Sequence[Node]) -> list[Value]:
         """Return values that may contain y, which is x + (increment)."""
-        nodes = self.nodes
-        d = operations.values(nodes.increment)
-        ends = [operations.sum(pair) for pair in zip(operations.values(nodes.x), d, strict=True)]
-        operations.give(nodes.y, ends)
+        x, y = map(self.step.graph.letters, (self.step.x, self.step.y))
+        d = operations.values(self.step.increment)
+        ends = [operations.sum(pair) for pair in zip(operations.values(x), d, strict=True)]
+        operations.give(y, ends)
         return operations.values(uses)
 
 

@@ -34,9 +34,8 @@ def is_affine(step: Step) -> bool:
     parameters unchanged; where the rows have no value at either, it tries elsewhere. It does so in
     all units of length, for x and w alike.
     """
-    nodes = step.nodes
-    entries = [e for row in nodes.slope for e in row]
-    moving = nodes.graph.depending(entries, set(nodes.w))
+    entries = [e for row in step.slope for e in row]
+    moving = step.graph.depending(entries, set(step.graph.letters(step.w)))
     for seed in range(0, 2 * TRIES, 2):
         point, second = _pair(step, seed)
         for some in moving[:1], moving[1:]:  # one that changes tells
@@ -61,9 +60,8 @@ def _pair(step: Step, seed: int, unit: int = 0) -> list[dict[Letter, Exact]]:
 
 def _has_value(step: Step, point: Mapping[Letter, Exact]) -> bool:
     """Return True if the rows and their slope are finite at a point."""
-    nodes = step.nodes
     try:
-        values = _at(step, point, 30, [*nodes.rows, *(e for row in nodes.slope for e in row)])
+        values = _at(step, point, 30, step.system)
     except ZeroDivisionError:
         return False
     return all(v - v == 0 for v in values)
@@ -130,7 +128,7 @@ def has_pivots(step: Step) -> bool:
 
 def _sample(step: Step) -> np.ndarray:
     """Return the slope at a random point, in double precision, (m, m)."""
-    entries, m = [e for row in step.nodes.slope for e in row], len(step.w)
+    entries, m = [e for row in step.slope for e in row], len(step.w)
     values = _at(step, _point(step), 17, entries)
     return np.array(values, dtype=float).reshape(m, m)
 
@@ -152,13 +150,11 @@ def _at(
 
 def carried(step: Step) -> list[tuple[Node, Node]]:
     """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
-    nodes, graph = step.nodes, step.nodes.graph
-    to_end = dict(zip((e.index for e in nodes.x), nodes.y, strict=True))
-    constants = set(nodes.q[1:])  # the next step may be of another size
-    slope = [e for row in nodes.slope for e in row]
-    old = _costly([*nodes.rows, *slope], set(nodes.x), constants)
-    new = set(_costly(nodes.gain, set(nodes.y), constants))
-    ends = graph.rebuilt(old, to_end)
+    graph = step.graph
+    x, y, constants = map(graph.letters, (step.x, step.y, step.q[1:]))  # the next h may be another
+    old = _costly(step.system, {*x}, {*constants})
+    new = set(_costly(step.gain, {*y}, {*constants}))
+    ends = graph.rebuilt(old, dict(zip((e.index for e in x), y, strict=True)))
     return [(a, b) for a, b in zip(old, ends, strict=True) if b in new]
 
 

@@ -1,20 +1,20 @@
 """One step of a method as plain data, the input of the compiler.
 
 Rows E(x, w; q) in the unknowns w are solved against (μ, 0); then (x, μ) grows by (increment, gain).
-All are expressions in x, w, y, q and the letters of `graph` for held nodes; this file does not know
-schemes, groupoids or rules.
+All are nodes of `graph` in the letters x, w, y, q; this file does not know schemes, groupoids or
+rules.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from functools import cached_property
+from functools import partial
 from typing import Any, Literal
 
 from ..numbers import Graph, Letters, Node
-from ..numbers.nodes import HELD
-from ..numbers.types import Entries, Expression, Letter, Mpf
+from ..numbers.nodes import HELD, NodeMatrix
+from ..numbers.types import Expression, Letter, Mpf
 
 #: the kind of an unknown: u or another velocity, a stage, a slope of z = (x, μ), a multiplier that
 #: the rows of a run hold, an impulse at the end of a step, a place over h
@@ -32,9 +32,9 @@ class Step:
 
     q: h first, then parameters, the numbers of the rule, and the entries of a translate.
     rows: E/h, as many as w, solved against `wanted`, which is (μ, 0) unless it is given. slope:
-    ∂(E/h)/∂w, square. y: the letters of the target, if an expression needs it. increment: y − x,
-    length n. gain: (F⁺ − F⁻)/h, length m.
-    graph: that of the letters for held nodes; expressions may be nodes of it.
+    ∂(E/h)/∂w, square, row by row. y: the letters of the target, if an expression needs it.
+    increment: y − x, length n. gain: (F⁺ − F⁻)/h, length m.
+    graph: that of the nodes; expressions of sympy may be given, and are read.
     kinds: those of the unknowns, one each; slopes and impulses have units of their own.
     explicit: True if the rows are w − E and E contains no w, neither directly nor in held nodes.
     scaled: those u on which the chart depends; kernels write them as ξ = hu.
@@ -53,80 +53,77 @@ class Step:
     w: Letters
     mu: Letters
     y: Letters
-    rows: Entries
-    slope: Entries
-    increment: Entries
-    gain: Entries
-    graph: Graph | None = None
+    rows: list[Node]
+    slope: NodeMatrix
+    increment: list[Node]
+    gain: list[Node]
+    graph: Graph = field(default_factory=Graph)
     scaled: Letters = ()
-    along: tuple[Letters, tuple[Expression, ...]] | None = None
-    extents: tuple[tuple[str, Expression], ...] = ()
-    branch: Expression | None = None
+    along: tuple[Letters, list[Node]] | None = None
+    extents: Sequence[tuple[str, Node]] = ()
+    branch: Node | None = None
     constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
-    wanted: tuple[Expression | Node, ...] = ()
+    wanted: Sequence[Node] = ()
     kinds: Sequence[Kind] = ()
     explicit: bool = False
     composed: bool = False
     adjoint: Step | None = None
 
-    @cached_property
-    def nodes(self) -> StepNodes:
-        """The step in nodes of its graph."""
-        return StepNodes(self)
+    def __post_init__(self) -> None:
+        """Read all expressions as nodes of the graph, in one order, on which texts depend."""
+        graph, put = self.graph, partial(object.__setattr__, self)
+        for letters in (self.x, self.u, self.w, self.mu, self.y, self.q):
+            graph.letters(letters)
+        for name in ("rows", "increment", "gain"):
+            put(name, graph.column(getattr(self, name)))
+        put("slope", [graph.column(row) for row in self.slope])
+        rest = [0] * (len(self.w) - len(self.mu))
+        put("wanted", graph.column(self.wanted or [*self.mu, *rest]))
+        if self.along is not None:
+            put("along", (self.along[0], graph.column(self.along[1])))
+        if self.branch is not None:
+            put("branch", graph.node(self.branch))
+        put("extents", tuple((kind, graph.node(e)) for kind, e in self.extents))
 
-    def at(self, swap: Mapping[Letter, Expression | Node]) -> Step:
-        """Return the step with expressions in place of letters in all that a step computes."""
-        nodes, graph = self.nodes, self.nodes.graph
-        parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted, nodes.y]
-        swapped = {graph.read(a).index: graph.node(e) for a, e in swap.items()}
+    def at(self, swap: Mapping[Letter, Node]) -> Step:
+        """Return the step with nodes in place of letters in all that a step computes."""
+        graph = self.graph
+        ends = graph.letters(self.y)
+        parts = [self.rows, *self.slope, self.increment, self.gain, self.wanted, ends]
+        swapped = {graph.read(a).index: e for a, e in swap.items()}
         made = iter(graph.rebuilt([e for part in parts for e in part], swapped))
         rows, *slope, increment, gain, wanted, y = ([next(made) for _ in part] for part in parts)
         # a held y has a new letter if its value changes
-        ends = (graph.shown(e) if e.kind == HELD else a for e, a in zip(y, self.y, strict=True))
+        new = (graph.shown(e) if e.kind == HELD else a for e, a in zip(y, self.y, strict=True))
         return replace(
-            self, graph=graph, rows=rows, slope=[e for row in slope for e in row],
-            increment=increment, gain=gain, wanted=tuple(wanted), y=tuple(ends),
+            self, rows=rows, slope=slope, increment=increment, gain=gain, wanted=wanted,
+            y=tuple(new),
         )  # fmt: skip
+
+    @property
+    def system(self) -> list[Node]:
+        """The rows, and behind them the entries of their slope."""
+        return [*self.rows, *(e for row in self.slope for e in row)]
+
+    @property
+    def keys(self) -> list[object]:
+        """Everything that a step's kernels are made from, as text."""
+        along = self.along[1] if self.along else ()
+        branch = () if self.branch is None else (self.branch,)
+        columns = (self.rows, self.increment, self.gain, *self.slope, self.wanted,
+                   [*along, *branch, *(e for _, e in self.extents)])  # fmt: skip
+        letters = (self.q, self.x, self.u, self.w, self.mu, self.y, self.scaled,
+                   self.along[0] if self.along else ())  # fmt: skip
+        facts = (self.name, [kind for kind, _ in self.extents], [*self.kinds], self.explicit,
+                 self.composed)  # fmt: skip
+        return [facts, [[*map(str, e)] for e in letters],
+                [[self.graph.key(e) for e in column] for column in columns],
+                self.adjoint.keys if self.adjoint else None]  # fmt: skip
 
     @property
     def multipliers(self) -> int:
         """The number of multipliers that a run's rows hold."""
         return self.kinds.count("multiplier")
-
-
-class StepNodes:
-    """The letters x, u, w, mu, y, q and the expressions of a step, as lists of nodes.
-
-    slope is a list of rows; wanted has as many entries as rows.
-    """
-
-    def __init__(self, step: Step) -> None:
-        self.step = step
-        self.graph = graph = step.graph or Graph()
-        letters = (step.x, step.u, step.w, step.mu, step.y, step.q)
-        self.x, self.u, self.w, self.mu, self.y, self.q = map(graph.letters, letters)
-        self.rows, self.increment, self.gain = map(
-            graph.column, (step.rows, step.increment, step.gain)
-        )
-        entries, m = graph.column(step.slope), len(step.w)
-        self.slope = [entries[i * m : i * m + m] for i in range(m)]
-        self.wanted = graph.column(step.wanted or [*step.mu, *[0] * (m - len(step.mu))])
-
-    @property
-    def keys(self) -> list[object]:
-        """Return everything that a step's kernels are made from, as text."""
-        step, graph = self.step, self.graph
-        along = step.along[1] if step.along else ()
-        branch = () if step.branch is None else (step.branch,)
-        columns = (self.rows, self.increment, self.gain, *self.slope, self.wanted,
-                   graph.column([*along, *branch, *(e for _, e in step.extents)]))  # fmt: skip
-        letters = (step.q, step.x, step.u, step.w, step.mu, step.y, step.scaled,
-                   step.along[0] if step.along else ())  # fmt: skip
-        facts = (step.name, [kind for kind, _ in step.extents], [*step.kinds], step.explicit,
-                 step.composed)  # fmt: skip
-        other = step.adjoint.nodes.keys if step.adjoint else None
-        return [facts, [[*map(str, e)] for e in letters],
-                [[graph.key(e) for e in column] for column in columns], other]  # fmt: skip
 
 
 def written(*parts: object) -> str:
@@ -143,7 +140,7 @@ def written(*parts: object) -> str:
 
     def visit(item: Any) -> object:
         if isinstance(item, Step):
-            return item.nodes.keys
+            return item.keys
         if isinstance(item, Node):
             return item.graph.key(item)
         if is_dataclass(item):

@@ -87,7 +87,7 @@ class OneStepEquations(StepEquations):
         w, values, increment, gain = formulas
         return self._step(
             w=tuple(map(self.graph.shown, w)), rows=self.graph.minus(w, values),
-            slope=sympy.eye(len(w)), increment=increment, gain=gain,
+            slope=sympy.eye(len(w)).tolist(), increment=increment, gain=gain,
             wanted=(0,) * len(w), explicit=True,
         )  # fmt: skip
 
@@ -158,8 +158,8 @@ class OneStepEquations(StepEquations):
             raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
         scalars = self.s.scalars(entries, f"map {self.rule.name}: {what}", self.rule.formula)
         try:
-            parts = (sympy.Add.make_args(e) for e in self.view.letters(scalars))
-            return [self.graph.read(sympy.Add(*[term / over for term in e])) for e in parts]
+            sums = map(sympy.Add.make_args, self.view.letters(scalars))
+            return [self.graph.read(sympy.Add(*[e / over for e in terms])) for terms in sums]
         except BadInput as error:
             raise self._bad(f"cannot be used: {error}") from None
 

@@ -119,7 +119,7 @@ class StepEquations:
             w=tuple(self.w),
             kinds=kinds_of(*self.unknowns),
             rows=rows,
-            slope=[e for row in slope for e in row],
+            slope=slope,
             increment=self.increment[:n],
             gain=self.increment[n:],
             wanted=(0,) * len(rows),
@@ -200,13 +200,12 @@ class DiscreteEquations(StepEquations):
     @property
     def rows(self) -> list[Node]:
         """E/h − (μ, 0), which vanishes at w."""
-        nodes = self.step.nodes
-        return self.graph.minus(nodes.rows, nodes.wanted)
+        return self.graph.minus(self.step.rows, self.step.wanted)
 
     @property
     def increment(self) -> list[Node]:
         """(y − x, (F⁺ − F⁻)/h), n+m."""
-        return [*self.step.nodes.increment, *self.step.nodes.gain]
+        return [*self.step.increment, *self.step.gain]
 
     @cached_property
     @uncollected()
@@ -221,7 +220,7 @@ class DiscreteEquations(StepEquations):
             w=tuple(self.w),
             kinds=kinds_of(*self.unknowns),
             rows=maps.rows,
-            slope=[e for row in maps.slope_of_rows for e in row],
+            slope=maps.slope_of_rows,
             increment=maps.increment,
             gain=maps.gain_of_rows,
             scaled=tuple(u for u in self.u if u in used),

@@ -77,7 +77,6 @@ class ControlStages:
         equations = DiscretisedScene(controlled, rule).equations
         self.s = s = equations.s
         step, graph = equations.step, equations.graph
-        nodes = step.nodes
         self.n, self.m = s.n, len(s.u)
         control = list(getattr(s.parameters, VALUES))
         w, kappa, p = step.w, vector("ka", len(step.w)), vector("pp", s.n + self.m)
@@ -87,8 +86,8 @@ class ControlStages:
         for name, letters in columns.items():
             self.slices[name] = slice(len(inputs_of_step), len(inputs_of_step) + len(letters))
             inputs_of_step += list(letters)
-        rows = graph.minus(nodes.rows, nodes.wanted)
-        start, grown = [*s.position, *s.mu], [*nodes.increment[: s.n], *nodes.gain]
+        rows = graph.minus(step.rows, step.wanted)
+        start, grown = [*s.position, *s.mu], [*step.increment[: s.n], *step.gain]
         after, by = graph.plus(graph.letters(start), grown), graph.letters([*kappa, *p])
         of_step = graph.sum((1, a * e) for a, e in zip(by, [*rows, *after], strict=True))
         self._data = [s.x[-1], *(q for q in s.q if q not in control)]

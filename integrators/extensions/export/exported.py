@@ -172,7 +172,7 @@ class Exported:
             return None
         step = Step(
             name=s.name, q=tuple(s.q), x=tuple(s.x), u=tuple(s.u), w=tuple(s.u), mu=tuple(s.mu),
-            y=(), rows=tuple(momentum(s)), slope=tuple(mass_matrix(s)), increment=(), gain=(),
+            y=(), rows=list(momentum(s)), slope=mass_matrix(s).tolist(), increment=[], gain=[],
             kinds=kinds_of(("velocity", s.u)),
         )  # fmt: skip
         kernel = KernelText(step, "_of_speed", {"carried"}, parts=("solver", "prepare"))

@@ -78,50 +78,53 @@ class BondConstraints:
 
     def projection(self) -> tuple[Step, Step]:
         """Return the equations of v and ν of a site and of a bond, solved against μ; x stays."""
-        site, bond = (replace(e.step, increment=[0] * len(e.x), gain=[0] * len(e.u))
-                      for e in (self.site, self.of_step.free))  # fmt: skip
-        graph, u, scope = site.nodes.graph, site.nodes.u, Scope(site.nodes.graph)
+        still = ((e.step, e.graph.number(0)) for e in (self.site, self.of_step.free))
+        site, bond = (replace(e, increment=[zero] * len(e.x), gain=[zero] * len(e.u))
+                      for e, zero in still)  # fmt: skip
+        graph, u, scope = site.graph, site.graph.letters(site.u), Scope(site.graph)
         (momentum,) = scope.jacobian([graph.read(self.site.s.lagrangian)], u)
-        slope = [e for row in scope.jacobian(momentum, u) for e in row]
-        site = self._of_site(replace(site, rows=momentum, slope=slope))
-        graph, u, scope = bond.nodes.graph, bond.nodes.u, Scope(bond.nodes.graph)
+        site = self._of_site(replace(site, rows=momentum, slope=scope.jacobian(momentum, u)))
+        graph, u, scope = bond.graph, bond.graph.letters(bond.u), Scope(bond.graph)
         la, A = graph.letters(self.of_step.multipliers), graph.matrix(self.matrix)
         rows = [*(-e for e in graph.transposed(A, la)), *graph.times(A, u)]
-        return site, self._of_bond(bond, rows, scope.jacobian(rows, [*u, *la]), bond.nodes.gain)
+        return site, self._of_bond(bond, rows, scope.jacobian(rows, [*u, *la]), bond.gain)
 
     def _of_site(self, step: Step) -> Step:
         """Return a site's step with multipliers after u, which its equations do not contain."""
-        m, k, nodes, graph = self.m, self.count, step.nodes, step.nodes.graph
+        m, k, graph = self.m, self.count, step.graph
         more = vector("la", k)
         free, bound = graph.letters(self.own)
         at_rest, unused = graph.one - free, graph.one - bound
         zero = [graph.number(0)] * (m + k)
-        slope = [[*(e * free for e in row), *zero[m:]] for row in nodes.slope]
+        slope = [[*(e * free for e in row), *zero[m:]] for row in step.slope]
         slope += [[*zero] for _ in range(k)]
         for i, own in enumerate([at_rest] * m + [unused] * k):
             slope[i][i] = slope[i][i] + own
-        rows = [e * free + u * at_rest for e, u in zip(nodes.rows, nodes.u, strict=True)]
+        u = graph.letters(step.u)
+        rows = [e * free + own * at_rest for e, own in zip(step.rows, u, strict=True)]
         return replace(
-            step, w=(*step.u, *more), kinds=self.kinds, slope=[e for row in slope for e in row],
+            step, w=(*step.u, *more), kinds=self.kinds, slope=slope, wanted=(),
             rows=[*rows, *(e * unused for e in graph.letters(more))],
-            gain=[e * free for e in nodes.gain],
+            gain=[e * free for e in step.gain],
         )  # fmt: skip
 
     def _of_bond(self, step: Step, rows: list[Node], slope: NodeMatrix, gain: list[Node]) -> Step:
         """Return a bond's step for rows of (u_i, u_j, λ); i's multipliers' places are unused."""
-        m, k, graph = self.m, self.count, step.nodes.graph
+        m, k, graph = self.m, self.count, step.graph
         free_i, free_j, bound = graph.letters(self.bond_own)
         kept = [*[free_i] * m, *[free_j] * m, *[bound] * k]
         # the places of (u_i, u_j, λ) among the unknowns of both ends
         at, size = [*range(m), *range(m + k, 2 * (m + k))], 2 * (m + k)
-        by_ends, by_both = [graph.number(0)] * size, [graph.number(0)] * size**2
+        by_ends = [graph.number(0)] * size
+        by_both = [list(by_ends) for _ in by_ends]
         for i, (row, keep) in enumerate(zip(at, kept, strict=True)):
             by_ends[row] = keep * rows[i]
             for j, column in enumerate(at):
-                by_both[row * size + column] = keep * slope[i][j]
+                by_both[row][column] = keep * slope[i][j]
         w = (*step.u[:m], *vector("nu", k), *step.u[m:], *self.of_step.multipliers)
         gains = [keep * e for keep, e in zip(kept, gain)]  # noqa: B905
-        return replace(step, w=w, rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=gains)
+        return replace(step, w=w, rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=gains,
+                       wanted=())  # fmt: skip
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:

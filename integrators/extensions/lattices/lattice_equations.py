@@ -277,7 +277,7 @@ def _at_time(step: Step, s: SceneSymbols) -> Step:
     """Return a step with the time as a letter of q instead of the last entry of x and of y."""
     if not s.clocked:
         return step
-    step = step.at({step.y[s.n]: clock() + s.h})
+    step = step.at({step.y[s.n]: step.graph.node(clock() + s.h)})
     return replace(step, x=step.x[: s.n], y=step.y[: s.n], increment=step.increment[: s.n])
 
 
@@ -380,8 +380,7 @@ def _by_ends(system: Step, m: int) -> Step:
     """
     order = [c + end * m + i for end in (0, 1) for c in range(0, len(system.w), 2 * m)
              for i in range(m)]  # fmt: skip
-    nodes = system.nodes
     return replace(
-        system, w=tuple(system.w[i] for i in order), rows=[nodes.rows[i] for i in order],
-        slope=[nodes.slope[i][j] for i in order for j in order],
+        system, w=tuple(system.w[i] for i in order), rows=[system.rows[i] for i in order],
+        slope=[[system.slope[i][j] for j in order] for i in order],
     )  # fmt: skip

@@ -93,7 +93,7 @@ def _places(kinds: Sequence[LatticeSystem], S: int) -> list[str]:
     blocks = {"HERE": (0, 0), "AHEAD": (0, 1), "BEHIND": (1, 0), "THERE": (1, 1)}
     tables = {
         name: tuple(i * S + j for i in range(S) for j in range(S)
-                    if any(k.bond.nodes.slope[a * S + i][b * S + j] for k in kinds if k.bond))
+                    if any(k.bond.slope[a * S + i][b * S + j] for k in kinds if k.bond))
         for name, (a, b) in blocks.items()
     }  # fmt: skip
     columns = {p % S for p in tables["AHEAD"]}  # columns that multiply a site's own equations

@@ -142,12 +142,11 @@ def controlled(
     it is.
     """
     zeta, control = map(letter, (DENSITY, CONTROL))
-    graph = system.nodes.graph
+    graph = system.graph
     h, before, may_change = graph.letters((system.q[0], zeta, control))
     # sizes that show a chart's edge do not depend on μ: they take the density before the step
-    watched = tuple(
-        (kind, e.xreplace({system.q[0]: system.q[0] / zeta})) for kind, e in system.extents
-    )
+    share = {h.index: graph.product([(h, 1), (before, -1)])}
+    watched = [(kind, graph.rebuilt([e], share)[0]) for kind, e in system.extents]
     if leading:
         value = graph.hold(graph.read(sigma))
         # a negative value has no real root: a run with such a σ or density ends there

@@ -234,7 +234,7 @@ def test_the_adjoint_of_an_odd_rule_reads_what_the_rule_reads(hand):
 @pytest.mark.parametrize("scene", ["kepler", "rigid-body", "affine-on-line"])
 def test_nodes_of_a_curve_share_one_function(scene):
     """A term is derived once: three nodes are three calls."""
-    nodes = Scheme(SCENES[scene], rules.get("gauss-3")).flow("0.01", 30).system.nodes
+    nodes = Scheme(SCENES[scene], rules.get("gauss-3")).flow("0.01", 30).system
     calls = {e.args[0] for e in nodes.graph.order(nodes.rows) if e.kind == RESULT}
     assert len(calls) == 3 and len({call.function for call in calls}) == 1
 

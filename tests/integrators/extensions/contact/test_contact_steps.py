@@ -94,7 +94,7 @@ def test_nothing_is_compiled_for_contact():
     free = BALL.with_values(contact=None)
     assert (free.friction, free.restitution, free.impacts) == (0, 0, "stepped")
     ours, theirs = (Scheme(s, midpoint).flow("0.1").system for s in (BALL, free))
-    assert ours.nodes.keys == theirs.nodes.keys
+    assert ours.keys == theirs.keys
     assert type(Scheme(free, midpoint).flow("0.1")).__name__ == "Flow"
 
 
