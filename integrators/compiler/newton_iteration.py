@@ -15,7 +15,7 @@ def newton(problem, w, kappa, scale, age):
     """Run Newton's method from the start w until the error is certainly below round-off.
 
     Returns (w, its size, κ, corrections, size of the last one, status, True if κ was trusted).
-    After a correction of size s the next one is at most κs² (`stop.steepness`). If the κ of earlier
+    After a correction of size s the next one is at most κs² (`steepness`). If the κ of earlier
     runs makes one correction enough, by a margin since κ may have grown, this is the whole
     solution; every sixteenth step makes one more correction to estimate κ again, for 1/16 more
     work. κ belongs to all components together: the relative error that remains in a small one goes

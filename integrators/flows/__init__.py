@@ -6,7 +6,6 @@ from .failures import CAUSES
 from .flow import Flow
 from .free_motion import FreeMotion, first_u
 from .initial_state import Start
-from .multipliers import mean_multipliers
 from .newton_step import (
     arrow_from,
     form_change_defects,
@@ -17,7 +16,7 @@ from .newton_step import (
     step_along,
 )
 from .scene_runs import SceneRuns, Substeps
-from .scheme import Scheme
+from .scheme import Scheme, mean_multipliers
 from .step_choice import StepChoice
 
 __all__ = [

@@ -37,7 +37,7 @@ class Flow(SceneRuns):
             return self.numbers.public(np.array(rows))
 
     def arrow(self, run: Trajectory, row: int) -> Arrow:
-        """Return the arrow of a run's row, for `geometry.transitions`; raises like `elements`."""
+        """Return the arrow of a run's row, for `geometry.residual`; raises like `elements`."""
         self._check_own(run)
         if (
             not isinstance(row, INTEGER)
@@ -146,8 +146,8 @@ class Flow(SceneRuns):
         It is an `entrywise_defect`, to twice the digits. u0: Newton's start, by default v0; near a
         chart's edge a run's own u is needed. bracket_sign = −1 flips the bracket of Π, a negative
         control that shows an effect if there are both a base and a group. Under holonomic
-        constraints it is the defect of ω on the states that they leave (`restricted_form`); raises
-        `CannotMeasure` where constraints leave none, and there for compositions.
+        constraints it is the defect of ω on the states that they leave (`restricted_defect`);
+        raises `CannotMeasure` where constraints leave none, and there for compositions.
         """
         return of_poisson(self.context, x, mu, u0, bracket_sign)
 

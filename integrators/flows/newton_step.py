@@ -245,7 +245,7 @@ def restricted_form_defect(
 ) -> Number:
     """Return the defect of ω under a step of a flow from (x, μ), on the constrained states.
 
-    See `geometry.restricted_form`; u0: Newton's start. forced: True if the change should be that of
+    See `restricted_defect`; u0: Newton's start. forced: True if the change should be that of
     the force's one-form. Raises `CannotMeasure` if there are no constraints, or several substeps.
     """
     return _of_restricted(flow.context, x, mu, u0, bracket_sign, forced)

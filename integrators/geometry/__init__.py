@@ -8,12 +8,18 @@ from .defects import (
     poisson_defect,
     pullback_defect,
 )
-from .forced_form import FormChange, form_change
+from .forced_form import FormChange, form_change, restricted_defect
 from .map_texts import composed_arrows, text_of
-from .restricted_form import restricted_defect
-from .step_context import StepContext, vector_in
+from .step_context import (
+    Arrow,
+    StepContext,
+    defects,
+    regularity,
+    residual,
+    singular_sign,
+    vector_in,
+)
 from .step_map import Maps, StagesNotFound, StepMap, StepNotFound, map_text
-from .transitions import Arrow, defects, regularity, residual, singular_sign
 
 __all__ = [
     "Arrow", "FormChange", "Maps", "StagesNotFound", "Step", "StepContext", "StepMap",

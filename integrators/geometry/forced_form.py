@@ -1,6 +1,6 @@
 """The change of the symplectic form under a step with a force: the differential of its one-form.
 
-On the dual, in the vectors (b, δμ) with δx = ρ̂ b, ω of `restricted_form` is −dΘ with Θ = μ·b. A
+On the dual, in the vectors (b, δμ) with δx = ρ̂ b, ω is −dΘ with Θ = μ·b. A
 step maps b to b′; the displacement of its arrow is a = −b/h, c = b′/h, and
 
     Θ′ − Θ = h(μ′·c + μ·a) = dL_d + θ_f,    θ_f = h(f⁻·a + f⁺·c),
@@ -19,12 +19,14 @@ are independent.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from ..numbers import Arithmetic, Tracked, solve, tracked
-from ..numbers.types import Array, Number, Vector
-from .defects import over_terms
+from ..equations import SceneSymbols, constraint_matrix, constraint_shift, mass_matrix, momentum
+from ..numbers import Arithmetic, Tracked, jacobian, numeric, solve, tracked
+from ..numbers.types import Array, Function, Matrix, Number, Vector
+from .defects import in_round_offs, over_terms
 from .step_map import Maps, StepMap
 
 
@@ -132,3 +134,67 @@ def form_change(
         work = arrow.T @ work_differential(free, x, u, here) @ arrow
     after = canonical_form(geometry, end.value[:n], end.value[n:], sign)
     return FormChange(map_, canonical_form(geometry, x, mu, sign), after, work)
+
+
+# With holonomic constraints, which may move, ω changes as before, and is preserved on exactly the
+# vectors with A b = 0 and d(A ξ − a) = 0, at the time of each end (Marsden, West 2001, 3.5.3).
+
+
+def restricted_defect(
+    geometry: StepMap,
+    x: Vector,
+    mu: Vector,
+    start: Vector,
+    sign: int = 1,
+    forced: bool = False,
+) -> Number:
+    """Return the defect of ω under the step from (x, μ), on the vectors that the constraints admit.
+
+    It is the largest entry of |Nᵀ(Pᵀ ω′ P − ω)N| over |N|ᵀ(|P|ᵀ|ω′||P| + |ω|)|N|, where N is a
+    basis of these vectors; it does not depend on units. start: Newton's start. sign = −1 flips the
+    bracket: a negative control. forced: True if the change should be −dθ_f, with the scene's force
+    (`forced_form`).
+    """
+    numbers, m = geometry.numbers, geometry.m
+    u = geometry.unknowns(x, mu, start)[:m]
+    xi = geometry.velocities(x[None], mu[None], u[None])[0]
+    A, turning, mass, moved, rho = _parts(geometry.equations.s, numbers)(x, xi, geometry.q)
+    # A b = 0, and d(A ξ − a) = 0 with M dξ = δμ − ∂p/∂x δx
+    of_xi = numbers.solve(mass, np.hstack([-moved @ rho, numbers.identity(m)]))
+    still = numbers.zeros(len(A), m)
+    conditions = np.vstack([np.hstack([A, still]), np.hstack([turning @ rho, still]) + A @ of_xi])
+    N = _null_space(numbers, conditions)
+    gap, terms = form_change(geometry, x, mu, start, sign, forced).gap()
+    scale = abs(N).T @ terms @ abs(N)
+    return in_round_offs((N.T @ gap.value @ N).ravel(), scale.ravel())
+
+
+def _null_space(numbers: Arithmetic, matrix: Matrix) -> Matrix:
+    """Return a basis of {v: matrix v = 0}, where matrix = (A 0; B C) and v = (b, δ).
+
+    The columns that elimination solves for are chosen in doubles, equally many of A and of C, which
+    have different units.
+    """
+    from scipy.linalg import qr
+
+    solved: list[int] = []
+    count, size = matrix.shape
+    rows, columns = count // 2, size // 2
+    for part in (matrix[:rows, :columns], matrix[rows:, columns:]):
+        natural = np.asarray(part / max(abs(part).ravel()), dtype=float)
+        order = qr(natural, mode="r", pivoting=True)[1]
+        solved += [len(solved) // rows * columns + i for i in order[:rows].tolist()]
+    free = [i for i in range(size) if i not in solved]
+    basis = numbers.zeros(size, size - count)
+    basis[solved] = -numbers.solve(matrix[:, solved], matrix[:, free])
+    basis[free] = numbers.identity(size - count)
+    return basis
+
+
+@lru_cache(maxsize=64)
+def _parts(s: SceneSymbols, numbers: Arithmetic) -> Function:
+    """Return a function of (x, ξ): A, ∂(Aξ − a)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x and ρ̂."""
+    A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
+    turning = jacobian(A * s.u - constraint_shift(s, s.x), s.x)
+    parts = [A, turning, mass_matrix(s), jacobian(momentum(s), s.x), g.rho(s.x, h) / h]
+    return numeric({"x": s.x, "u": s.u, "q": s.q}, parts, numbers)

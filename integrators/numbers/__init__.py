@@ -47,7 +47,7 @@ from .identities import (
 )
 from .lazy import LazyModule, mpmath, sympy, uncollected, working_digits
 from .multi_output import InArithmetic, as_one_number, entry, opaque
-from .newton import newton
+from .newton import newton, over, steepness
 from .nodes import Node, NodeMatrix, Nodes, Rational, ratio
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .operations import Coefficients, Operations, Value
@@ -64,7 +64,6 @@ from .running_error import (
     with_running_errors,
 )
 from .statements import called_text, code, coefficients_text, function_text, text_of, with_arguments
-from .stop import over, steepness
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [

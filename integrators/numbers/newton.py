@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .stop import over
 from .types import Number, Vector
 
 #: corrections: from a start in the basin some ten reach 50 digits, the others are for far starts
@@ -24,7 +23,7 @@ def newton(
 ) -> Vector | None:
     """Return the solution by Newton from `start` to round-off, or None; change: the correction.
 
-    It ends (`stop.over`) when a correction is round-off of the solution (or of `scale`), or when
+    It ends (`over`) when a correction is round-off of the solution (or of `scale`), or when
     corrections near it no longer halve; the next one is not estimated, for `change` may come from
     an approximate slope. Sizes are sums of absolute values; with a vector as scale each
     component is compared with its own, so that units do not matter. A component that is 0 except
@@ -55,3 +54,34 @@ def newton(
             return point
         before = size
     return None
+
+
+# When an iteration is at its end: one text for every loop, compiled or in Python. The drivers of
+# `compiler` have these functions as text, so they are of the compiled language. Sizes are of one
+# correction in any norm; `noise` is the size of round-off in it.
+
+
+def over(size: float, before: float, noise: float, following: float, small: bool) -> bool:
+    """Return True if an iteration is at its end after a correction of this size.
+
+    It is at its end if the correction is round-off, or if the `following` one, as it is estimated,
+    would be; or if a `small` correction is not half of the one `before`: then only the round-off of
+    the residual is left. Without an estimate, `following` is the size itself.
+    """
+    return size <= noise or following <= noise or (size > before / 2 and small)
+
+
+def steepness(size: float, before: float, noise: float, kappa: float, count: int) -> float:
+    """Return κ after `count` corrections: a correction of size s is followed by one of at most κs².
+
+    κ is estimated anew in each run of Newton's method. Corrections below 64 round-offs are noise
+    and tell only that κ is smaller than they would let it be.
+    """
+    if count > 1:
+        if size > 64 * noise:
+            seen = size / (before * before) if before > 0 else kappa
+            if seen > kappa or count == 2:
+                kappa = seen
+        elif 64 * noise < kappa * before * before:
+            kappa = 64 * noise / (before * before)
+    return kappa

@@ -1,9 +1,8 @@
 """Runs of all kinds: one stepper's protocol, one loop, one trajectory, ensembles, checkpoints."""
 
-from .derivatives import RunDerivatives, RunGradient
 from .ensemble import Ensemble, side_by_side
 from .stepper import OF_ONE_MAP, File, FlowRuns, NotOneMap, Progress, Stepper, run
-from .trajectory import Allocate, Trajectory, allocated
+from .trajectory import Allocate, RunDerivatives, RunGradient, Trajectory, allocated
 
 __all__ = [
     "OF_ONE_MAP", "Allocate", "Ensemble", "File", "FlowRuns", "NotOneMap", "Progress",

@@ -50,7 +50,7 @@ class Trajectory:
     (r, B, K): those of a lattice's bonds. With steps that vary:
     density (r,), the step density of each row, 1/σ (by "reversible" ζ, which is 1/σ to O(ε²)); step
     is then ε, of the time τ, t the physical time, and u the velocity in t, by "poincare" in τ.
-    proof: what is proven of a run with `proven=True` (`proven_motion.Proof`).
+    proof: what is proven of a run with `proven=True` (`proven_flow.Proof`).
     """
 
     t: Vector
@@ -129,3 +129,28 @@ def allocated(columns: Columns, count: int, numbers: Arithmetic) -> dict[str, np
         raise BadInput(
             f"{count} rows do not fit into memory: keep fewer (every=, --every)."
         ) from None
+
+
+@dataclass(frozen=True)
+class RunDerivatives:
+    """Derivatives of the rows z_k = (x_k, μ_k) of a run, exact for its steps.
+
+    start: by the start, (rows, N, N), N = n + m, by (x₀, μ₀), or (x₀, v₀) if v₀ was held.
+    parameters: by each parameter, (rows, N, …) with the parameter's own shape behind.
+    """
+
+    start: np.ndarray
+    parameters: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class RunGradient:
+    """The gradient of a function of a run's rows by what the run began with.
+
+    x0 (n,), mu0 (m,): by the start; mu0 is the gradient by v₀ if v₀ was held. parameters: by each
+    parameter, of the parameter's own shape.
+    """
+
+    x0: np.ndarray
+    mu0: np.ndarray
+    parameters: dict[str, np.ndarray]

@@ -1,8 +1,7 @@
 """Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps."""
 
 from .cones import Cones, NotFound, length, scaling
-from .contact_flow import ContactFlow
-from .contact_run import ContactRun, Impacts
+from .contact_flow import ContactFlow, ContactRun, Impacts
 from .contact_step import ZENO, ContactSteps, Impact, Moment
 from .gaps import BESIDE, TOUCHING, Gaps, Place, gap_expressions, gap_functions, motion_functions
 from .located_step import LocatedSteps

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from .contact_lattice import LatticeImpacts
     from .dual_step import DualStep, poisson_defect
     from .lattice import Lattice
+    from .lattice_equations import rows_of
     from .lattice_flow import LatticeFlow
     from .lattice_run import LatticeRun
     from .lattice_scheme import LatticeScheme
     from .restricted_step import Linearised, RestrictedStep, step_derivative
     from .site_velocities import velocities
-    from .symmetries import rows_of
 else:
     __getattr__ = on_demand(
         __name__,
@@ -26,12 +26,12 @@ else:
         contact_lattice="LatticeImpacts",
         dual_step="DualStep poisson_defect",
         lattice="Lattice",
+        lattice_equations="rows_of",
         lattice_flow="LatticeFlow",
         lattice_run="LatticeRun",
         lattice_scheme="LatticeScheme",
         restricted_step="Linearised RestrictedStep step_derivative",
         site_velocities="velocities",
-        symmetries="rows_of",
     )  # fmt: skip
 
 __all__ = [

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...compiler import LatticeStages, Step
 from ...equations import (
@@ -22,18 +22,17 @@ from ...equations import (
     refuse_pieces,
     stage_source,
 )
-from ...errors import CannotMeasure
+from ...errors import BadInput, CannotMeasure
 from ...geometry import is_self_adjoint
 from ...groupoids import Groupoid, check_axioms, clock, product
 from ...numbers import Graph, Node, Scope, sympy
 from ...numbers.types import Column, Expression, Function, Letter, Mpf, Parameters, Scalars
 from ...rules import Discretisation
-from ...scene import Scene, entries_of
+from ...scene import Scalar, Scene, entries_of
 from .as_scene import scene_of, with_arguments
 from .bond_constraints import BondConstraints
 from .lattice import Lattice, Values, no_term
 from .lattice_text import Kicks, LatticeSystem
-from .symmetries import check_symmetries
 
 
 class LatticeEquations:
@@ -384,3 +383,29 @@ def _by_ends(system: Step, m: int) -> Step:
         system, w=tuple(system.w[i] for i in order), rows=[system.rows[i] for i in order],
         slope=[[system.slope[i][j] for j in order] for i in order],
     )  # fmt: skip
+
+
+if TYPE_CHECKING:
+    from ...equations import SceneSymbols
+
+Rows = list[list[Scalar]]
+
+
+def rows_of(answer: object) -> Rows:
+    """Return the natural velocities that a symmetry's function gives, one row each."""
+    entries = entries_of(answer)
+    in_rows = (isinstance(e, list | tuple) or getattr(e, "shape", ()) for e in entries)
+    return list(map(entries_of, entries)) if entries and all(in_rows) else [entries]
+
+
+def check_symmetries(s: SceneSymbols, lattice: Lattice) -> None:
+    """Raise `BadInput` unless each symmetry gives natural velocities of a site, one or several."""
+    for name, xi in lattice.symmetries.items():
+        what = f"the symmetry {name}"
+        answer = s.evaluated(xi, what, lattice.shaped(s.x), s.parameters)
+        for row in rows_of(answer):
+            rates = s.scalars(row, what, xi)
+            s.refuse_unknown(rates, {*s.x}, what, xi, "x and p")
+            if len(rates) != len(s.mu):
+                raise BadInput(f"{lattice.name}: {what} gives {len(rates)} entries; give a list of "
+                               f"{len(s.mu)}, a natural velocity, or several.")  # fmt: skip

@@ -5,7 +5,7 @@ The constraints admit a vector (b, δμ), δx = ρ̂ b, at a state that satisfie
 
     ω((b, δ), (b′, δ′)) = b·δ′ − b′·δ + μ_θ Ĉ^θ_{γν} b^γ b′^ν
 
-(Marsden, West 2001, 3.5.3; for scenes `geometry.restricted_form`). Random pairs of such vectors are
+(Marsden, West 2001, 3.5.3; for scenes `restricted_defect`). Random pairs of such vectors are
 taken through the step. Each needs two sparse solutions, of the step's equations in (u, λ) and of
 those of (v, ν) that project the momentum at its end; b′ follows from h δu + R b = L b′.
 """

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from ...numbers.lazy import on_demand
 
 if TYPE_CHECKING:
-    from .proven_flow import ProvenFlow
-    from .proven_motion import Proof
+    from .proven_flow import Proof, ProvenFlow
 else:
-    __getattr__ = on_demand(__name__, proven_flow="ProvenFlow", proven_motion="Proof")
+    __getattr__ = on_demand(__name__, proven_flow="Proof ProvenFlow")
 
 __all__ = ["Proof", "ProvenFlow"]

@@ -21,7 +21,7 @@ from discmech import (
     trapezoidal,
 )  # fmt: skip
 from discmech.integrators.errors import BadInput
-from discmech.integrators.extensions.lattices.group_elements import strangers
+from discmech.integrators.extensions.lattices.lattice import strangers
 
 INERTIA = (1, 2, 3)
 TOPS = np.array([[0.6, 0, 0.8], [0, 1, 0], [0, 0.6, -0.8]])
