@@ -77,12 +77,16 @@ def _word(name: object) -> str:
     return name if len(name) <= LISTED else f"{shown(name)[1 : LISTED // 2]}…"
 
 
-def misplaced(name: str, kind: str, wanted: str) -> BadInput:
-    """Return the error for a scene in a rule's place, or a rule in a scene's place."""
+def misplaced(name: str, kind: str, wanted: str, word: str = "") -> BadInput:
+    """Return the error for a scene in a rule's place, or a rule in a scene's place.
+
+    word: the word of a command that names it.
+    """
     such = {"rule": "midpoint", "scene": "pendulum"}[wanted]
+    command = f"; a study is asked by `discmech order {such} --rule {word}`"
     return BadInput(
         f"{name} is a {kind}, where a {wanted} is asked for: swap the two, or name a {wanted} "
-        f"such as {such}."
+        f"such as {such}{command if word and wanted == 'scene' else ''}."
     )
 
 

@@ -380,10 +380,16 @@ def _of_bench(kind: Kind, word: str) -> Any:
         said = error
     if kind in _OTHER:
         try:
-            said = misplaced(_OTHER[kind].called(word).name, _OTHER[kind].noun, kind.noun)
+            said = misplaced(_OTHER[kind].called(word).name, _OTHER[kind].noun, kind.noun, word)
         except BadInput:
             if word and Path(word).exists():  # an empty word is this folder's
                 said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
+            for file in loaded():
+                if word and _asked(file, kind, word):
+                    own = f"{kind.noun} of that name: say {file.path}:{word}."
+                    said = BadInput(
+                        f"{word} is no {kind.noun} of discmech, but {file.path} has a {own}"
+                    )
     raise said
 
 
@@ -414,7 +420,8 @@ def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
         raise BadInput(file.refused[name.replace("-", "_")])
     if kind in _OTHER and name:
         for other in _asked(file, _OTHER[kind], name):
-            raise misplaced(other.name, _OTHER[kind].noun, kind.noun)
+            word = f"{file.path}:{name}"
+            raise misplaced(other.name, _OTHER[kind].noun, kind.noun, word)
     if not name and own:
         _LEFT_OUT.update(dict.fromkeys(file.refused.values()))
         return tuple(own.values())

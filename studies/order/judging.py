@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
-from ..core.outcome import ABOVE, MORE_STEPS, NOT_CONVERGING, ROUND_OFF
+from ..core.outcome import ABOVE, GOING_AWAY, MORE_STEPS, NOT_CONVERGING, ROUND_OFF
 from ..core.parts import parts_of
 from ..core.records import decoded
 from ..core.single_steps import SingleSteps
@@ -19,7 +19,7 @@ from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, PART, ladder, measure
 from .recorded import FEWEST
 from .records import BLEW_UP, Found, is_of_a_value
-from .window import approaches, departure, finest_order, floor, not_converging, off_the_line
+from .window import approaches, clear_orders, departure, floor, not_converging, off_the_line
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
@@ -154,7 +154,11 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     if case.scheme.arrows is None and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
-        if (cause := one_step.of_step(case, finest=finest_order(case, record))) is not None:
+        if (
+            cause := one_step.of_step(
+                case, finest=next(iter(clear_orders(case, record)[-1:]), None)
+            )
+        ) is not None:
             return cause
     if as_wanted and local.effective and local.effective.cause:
         return {"cause": "the processed order", "sentence": local.effective.cause + "."}
@@ -229,7 +233,8 @@ def _of_recorded(case: Case, record: Found, verdict: Verdict) -> Verdict:
             f"recorded are {len(record.rows)}."
         )
         return Verdict("inconclusive", said, verdict.expected)
-    if verdict.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
+    few = len(clear_orders(case, record)) < FEWEST - 1
+    if verdict.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53 and few:
         return verdict.because(
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
@@ -253,9 +258,39 @@ def _of_recorded(case: Case, record: Found, verdict: Verdict) -> Verdict:
         said += f"motion enlarges a change of its start {enlarged:.2g} times until the last row, "
         said += "so no error is small there: record shorter runs."
         return Verdict("inconclusive", said, verdict.expected)
+    return _by_steps(case, record, verdict) if steps or verdict.why == MORE_STEPS else verdict
+
+
+def _by_steps(case: Case, record: Found, verdict: Verdict) -> Verdict:
+    """Return the verdict on errors on no straight line, where the steps from row to row have the
+    order, or are not known.
+
+    If each step has it, so have the runs, and their errors have only to agree: local orders that
+    come nearer to it, and reach it at the finest steps. Over a long time an error of a higher power
+    may grow faster, and hide it.
+    """
+    local, orders = record.local or SingleSteps(), clear_orders(case, record)
+    listed = ", ".join(f"{p:.2f}" for p in orders)
+    missed = [abs(p - (case.order or 0)) for p in orders]
     if verdict.why == MORE_STEPS:
+        near = [e <= allowed(case.digits) for e in missed[-2:]]
+        nearer = len(missed) > 2 and near[-1] and (all(near) or missed == sorted(missed)[::-1])
+        if local.order == case.order and nearer:
+            said = f"from run to run the errors have the local orders {listed}, which come to the "
+            said += "declared one, and each step from row to row has it."
+            return Verdict("pass", said, verdict.expected, measured={"order": orders[-1]})
+        steps, few = [row.step for row in record.rows], len(orders) < FEWEST - 1
+        more = f"longer steps, from {2 * max(steps):.4g} on" if few else (
+            f"shorter steps, from {min(steps) / 2:.4g} on")  # fmt: skip
         return verdict.because(
-            "fewer than four of the recorded steps have errors on a straight line above round-off: "
-            "record runs at other steps."
+            "fewer than four of the recorded runs have errors on a straight line above round-off"
+            f"{f' (local orders {listed})' if listed else ''}: record runs at {more}."
         )
-    return verdict
+    above = verdict.why == GOING_AWAY and orders[-1] > (case.order or 0)
+    if not above or local.order != case.order:
+        return verdict
+    said = f"the steps from row to row are of order {local.order:.2f}, as declared, but errors at "
+    said += f"the rows sink faster (local orders {listed}), as where one of a higher power has "
+    said += "grown over the time: record runs of shorter time, or of steps below "
+    said += f"{min(row.step for row in record.rows):.4g}."
+    return Verdict("inconclusive", said, verdict.expected)

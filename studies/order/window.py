@@ -113,11 +113,11 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> tuple[str, str
     return None
 
 
-def finest_order(case: Case, record: Found) -> float | None:
-    """Return the local order of the two finest runs with errors above round-off, if any."""
+def clear_orders(case: Case, record: Found) -> list[float]:
+    """Return the local orders of runs with errors above round-off, those of the finest steps
+    last."""
     bent = BENT * floor(case, record.certain)
-    clear = [row for row in record.rows if row.error is not None and row.error > bent]
-    return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
+    return _local_orders([r for r in record.rows if r.error is not None and r.error > bent])
 
 
 def is_bent(case: Case, row: Row) -> bool:

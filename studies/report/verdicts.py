@@ -133,11 +133,11 @@ def proofs(result: StudyResult) -> list[str]:
             why = "" if answer["proven"] else f" ({answer['why']})"
             places[answer["proven"]].append(f"{name}{why}")
         said = []
-        if wrong := places[False]:
-            said.append(f"disproven for {_first(wrong)}: a scene that shows it is an exception")
         if sure := places[True]:
             of = sure[0] if len(sure) == 1 else _classes(sure)
             said.append(f"proven for every Lagrangian of {of}")
+        if wrong := places[False]:
+            said.append(f"disproven for {_first(wrong)}: a scene that shows it is an exception")
         if unsure := places[None]:
             said.append(f"not decided for {_first(unsure)}")
         form = said_of_law(told["laws"].get("symplectic", {}), _first)

@@ -207,7 +207,8 @@ def _boxed(rule: Any) -> Any:
     signature = signature_of(rule)
     if signature is None:
         return black_box()(rule)
-    names = list(signature.parameters)
+    # what functools.partial has filled in is no argument of a step
+    names = [name for name, each in signature.parameters.items() if each.default is each.empty]
     return rule if names[:1] in (["L"], ["s"]) or len(names) not in (3, 4) else black_box()(rule)
 
 

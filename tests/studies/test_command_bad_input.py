@@ -25,6 +25,8 @@ BAD = [
     ("order pendulum --retraction exp", 'there is no retraction "exp"'),
     ("lattices brether", 'there is no scene "brether": did you mean breather?'),
     ("explain midpoint kepler", "midpoint is a rule, where a scene is asked for: swap the two"),
+    ("order midpoint", "; a study is asked by `discmech order pendulum --rule midpoint`."),
+    ("verify examples/two_thirds.py --scene mine", "say examples/two_thirds.py:mine."),
     ("explain cradle midpoint", "runs it, and `discmech lattices cradle` judges it."),
     ("order --rule triple-jump:kepler", "kepler is a scene, where a rule is asked for: swap"),
     ("verify kepler", "or name a rule such as midpoint."),

@@ -3,6 +3,7 @@
 import importlib
 import re
 import tomllib
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -159,6 +160,17 @@ def test_a_map_under_a_force_has_no_work_to_hold_a_momentum_against():
     with pytest.raises(BadInput, match=r"rubbed with explicit-euler.* no discrete work"):
         assert_momentum("explicit-euler", scene)
     assert_momentum("midpoint", scene)
+
+
+def test_a_step_with_some_arguments_filled_in_is_a_step():
+    def verlet(q, p, h, system, share):
+        p = p - share * h * system.gradient(q, p)
+        q = q + h * system.velocity(q, p)
+        return q, p - (1 - share) * h * system.gradient(q, p)
+
+    assert_order(partial(verlet, share=0.5), "harmonic", 2)
+    with pytest.raises(Missed):
+        assert_order(partial(verlet, share=0.25), "harmonic", 2)
 
 
 def test_what_does_not_converge_is_missed():

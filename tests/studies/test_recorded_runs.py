@@ -48,6 +48,18 @@ def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
     assert order(tmp_path, None)["verdict"] == "measured"
 
 
+@pytest.mark.parametrize(("rule", "claimed"), [("heun", 2), ("runge-kutta-4", 4)])
+def test_errors_on_no_line_pass_where_all_steps_have_the_order_and_they_come_to_it(
+    rule, claimed, tmp_path
+):
+    """Four runs of the pendulum: local orders of 2.28, 2.06, 2.00, and of 3.88, 3.93, 3.96."""
+    save(tmp_path, rule, levels=4)
+    case = order(tmp_path, claimed)
+    assert case["verdict"] == "pass" and "come to the declared one" in case["reason"]
+    for wrong in (claimed - 1, claimed + 1):
+        assert order(tmp_path, wrong)["verdict"] != "pass"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 4])
 def test_a_run_of_another_method_is_named(tmp_path, k):

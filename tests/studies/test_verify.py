@@ -141,7 +141,8 @@ def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder, monkeyp
                      "is proven by a theorem, as it has a discrete Lagrangian (nonholonomic "
                      "scenes have no form), for all of them "
                      "(discmech prove both.py:two-thirds).")  # fmt: skip
-    assert wrong.startswith("beside: order 2 is disproven for T(v) − V(x), n = 2 (h^2 ")
+    said = "proven for every Lagrangian of 4 classes; disproven for T(v) − V(x), n = 2 (h^2 "
+    assert wrong.startswith(f"beside: order 2 is {said}")
     assert "2 classes more: a scene that shows it is an exception" in wrong
     assert "proven for every Lagrangian of 4 classes" in wrong
 
