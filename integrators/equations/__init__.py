@@ -43,7 +43,7 @@ from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
 from .one_step_equations import OneStepEquations
-from .rule_view import Mass, answers_of, written
+from .rule_view import answers_of, written
 from .stage_equations import no_stages, stage_source
 from .step_equations import DiscreteEquations, StepEquations, composed_step
 from .symbols import SceneSymbols, times, vector
@@ -51,7 +51,7 @@ from .virtual_work import discrete_force, force_points
 
 __all__ = [
     "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "Mass", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
     "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
     "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
     "constraint_matrix", "constraint_shift",

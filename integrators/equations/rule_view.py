@@ -105,23 +105,6 @@ class GroupoidForRule:
         return column(a.written_out() if self.written else a for a in answers)
 
 
-class Mass(sympy.Matrix):
-    """A mass matrix, whose inverse is that of cofactors up to three dimensions, or its diagonal's.
-
-    sympy's own cancels the entries as polynomials in all letters, for minutes where L has hundreds.
-    """
-
-    def inv(self, method: str | None = None, **how: Any) -> SymbolicMatrix:
-        """Return the inverse; method and the rest as sympy has them, which raises its errors."""
-        diagonal = self.is_diagonal()
-        if method or how or (self.rows > 3 and not diagonal):
-            return super().inv(method, **how)
-        size = sympy.Mul(*self.diagonal()) if diagonal else self.det()
-        if size == 0:
-            return super().inv()
-        return sympy.diag(*(1 / e for e in self.diagonal())) if diagonal else self.adjugate() / size
-
-
 class LagrangianForRule:
     """The Lagrangian for a rule: L(x, u), its parts at a point, and L.parameters.
 
@@ -169,6 +152,8 @@ class LagrangianForRule:
         self._check("mass", x)
         mass = self.part("mass", x)
         if self.written or not mass.free_symbols & x.free_symbols:
+            from .mass import Mass
+
             return Mass(mass)
         m = len(self.s.u)
         return sympy.Matrix(m, m, lambda i, j: self.Mass(i, j, *x) if mass[i, j] else 0)

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-
 Numbers = Sequence[Any]
 
 
@@ -41,6 +39,8 @@ class ClosedForm:
 
 def is_zero(number: Any) -> bool:
     """Return True if an exact sympy number is zero: decided by value first, then symbolically."""
+    import sympy  # a field's waves need none
+
     number = sympy.sympify(number)
     if number.is_Rational:
         return bool(number == 0)

@@ -239,7 +239,7 @@ def _asked_by(file: Path) -> Iterator[str]:
             if not asked.exists():
                 asked, name = place / f"{name}.py", ""
             if re.fullmatch(r"judging\w*|limits", asked.stem) and asked.exists():
-                yield from _read_of(asked, name, _keys_in(tree, one.asname or one.name))
+                yield from _read_of(asked, name, tree, one.asname or name)
 
 
 def _keys_in(tree: ast.AST, name: str) -> set[Any]:
@@ -252,10 +252,10 @@ def _keys_in(tree: ast.AST, name: str) -> set[Any]:
     return set(keys.values())
 
 
-def _read_of(file: Path, name: str, keys: set[Any]) -> Iterator[str]:
+def _read_of(file: Path, name: str, reader: ast.AST, called: str) -> Iterator[str]:
     """Yield the text of a name in a file of judges or limits; of the whole file if it is "".
 
-    keys: the entries that are asked for. Of a limit that is its number alone.
+    reader: the code that reads it, which calls it so. Of a limit its number alone is read.
     """
     tree = ast.parse(file.read_text("utf-8"))
     defined = {target.id: node for node in tree.body if isinstance(node, ast.Assign)
@@ -269,7 +269,8 @@ def _read_of(file: Path, name: str, keys: set[Any]) -> Iterator[str]:
     elif node is not None and isinstance(node.value, ast.Dict):
         pairs = zip(node.value.keys, node.value.values, strict=True)
         entries = {getattr(key, "value", None): value for key, value in pairs}
-    if of_limits and keys and keys <= entries.keys() - {None}:
+    keys = _keys_in(reader, called) if of_limits else set()
+    if keys and keys <= entries.keys() - {None}:
         for key in sorted(keys):
             value = entries[key]
             number = value.args[0] if isinstance(value, ast.Call) else value
@@ -277,8 +278,8 @@ def _read_of(file: Path, name: str, keys: set[Any]) -> Iterator[str]:
     elif of_limits and node is not None and not entries:
         yield ast.unparse(node)
         for other in (*defined, *functions):
-            if other != name and (read := _keys_in(node, other)):
-                yield from _read_of(file, other, read)
+            if other != name and _keys_in(node, other):
+                yield from _read_of(file, other, node, other)
     else:
         yield file.read_text("utf-8")
         yield from _asked_by(file)

@@ -18,7 +18,6 @@ from math import comb
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
 
 from discmech.integrators import Scheme
 from discmech.integrators.errors import DiscmechError
@@ -134,6 +133,8 @@ def peaks(rows: Matrix, apart: int, unit: float) -> Iterator[tuple[float, int]]:
     be the usual one where it is itself the fault. Where it is taken over so much of the motion that
     this may grow as much itself, as to a pericentre at the start, the last one is repeated.
     """
+    from scipy.ndimage import maximum_filter1d, median_filter
+
     signs = [(-1) ** j * comb(ORDER, j) for j in range(ORDER + 1)]
     count = len(rows) - ORDER * apart
     of: Vector = np.abs(

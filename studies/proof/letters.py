@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation
-from discmech.integrators.equations import Mass, written
+from discmech.integrators.equations import written
 from discmech.integrators.errors import CannotMeasure, at_line
 from discmech.integrators.numbers import floats_exact, sympy
 from discmech.integrators.numbers.types import Expression
@@ -118,6 +118,8 @@ class _AnyLagrangian:
         return sympy.Matrix([_without_formula(f"gradient {i}")(*x) for i in range(len(self.s.u))])
 
     def mass(self, x: Any) -> Any:
+        from discmech.integrators.equations.mass import Mass
+
         m = len(self.s.u)
         return Mass(m, m, lambda i, j: _without_formula(f"mass {i} {j}")(*x))
 

@@ -23,7 +23,7 @@ from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.numbers import arithmetic, exact, numeric
 
 from ..core.case import scheme_of
-from ..systems.modified_energy import Dual, dual_of
+from ..systems.modified_energy import Dual, dual_of, has_dual
 from .records import FARTHEST_OWN
 from .stiff import Family
 
@@ -139,7 +139,7 @@ class Near:
 
 def judged_here(scene: Scene) -> bool:
     """True if a scene has free states (x, μ), and a field f that does not depend on time."""
-    return bool(not scene.in_numbers and scene.contact is None and dual_of(scene) is not None)
+    return bool(not scene.in_numbers and scene.contact is None and has_dual(scene))
 
 
 def equilibrium(scene: Scene) -> Equilibrium:

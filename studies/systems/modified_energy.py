@@ -135,13 +135,19 @@ class Dual:
         return np.einsum("rij,rj->ri", self.tensor(z), self.covector(z, v, size))
 
 
-@remembered(maxsize=64)
-def dual_of(scene: Scene) -> Dual | None:
-    """Return `Dual` of a scene; None if z = (x, μ) is no free state, or the energy has to change.
+def has_dual(scene: Scene) -> bool:
+    """True if z = (x, μ) is a free state, and the energy need not change.
 
     Under constraints states are not free, and under a force or in time the energy has to change.
     """
-    if scene.lagrangian is None or scene.all_constraints or scene.timed or scene.force is not None:
+    free = not (scene.all_constraints or scene.timed)
+    return free and scene.lagrangian is not None and scene.force is None
+
+
+@remembered(maxsize=64)
+def dual_of(scene: Scene) -> Dual | None:
+    """Return `Dual` of a scene; None without free states (`has_dual`)."""
+    if not has_dual(scene):
         return None
     return Dual(SceneSymbols(scene), scene.parameter_values, scene.v0)
 

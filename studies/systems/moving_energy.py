@@ -19,7 +19,7 @@ from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import numeric
 from discmech.integrators.scene import remembered
 
-from .modified_energy import NUMBERS, dual_of
+from .modified_energy import NUMBERS, dual_of, has_dual
 
 PRECISE = 1e-6  # relative tolerance of the motion: a scale is not a figure
 MOST = 300  # largest number of its steps
@@ -111,7 +111,7 @@ def may_end(scene: Scene) -> bool:
 
     There more energy moves than a scale should contain: errors after it look small.
     """
-    if dual_of(scene) is None or scene.mu0 is not None:
+    if not has_dual(scene) or scene.mu0 is not None:
         return False
     try:
         return _followed(scene)[1] < float(scene.duration)
