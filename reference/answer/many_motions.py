@@ -21,6 +21,8 @@ ENOUGH = 2.0**-50
 SINKS = 4
 MOST_PARTS = 2**12
 PASSING = 2.0**-20  # a state that passes through 0 has this share of the largest of its kind
+#: a motion ends where runs in so many parts, and in twice as many, cease to be numbers at one time
+ENDED = 8
 #: the change of a start, over the state, to measure its effect on the end
 MOVED = 2.0**-26
 
@@ -116,33 +118,42 @@ class ManyMotions:
     def _parted(self, z: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the ends (s, r) and their last changes as the parts were halved.
 
-        A change counts beside the size of x, or of v, each in a unit of its own.
+        A change counts beside the size of x, or of v, each in a unit of its own. Where the motion
+        itself ends (`ENDED`), more parts would not help.
         """
-        ends, off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
+        (ends, lasted), off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
         unit = np.ones(z.shape)
         for part in (slice(self.n), slice(self.n, len(z) - self.timed)):
-            sizes = np.nan_to_num(np.maximum(np.abs(z[part]), np.abs(ends[part])), posinf=0.0)
+            sizes = np.maximum(np.abs(z[part]), np.nan_to_num(np.abs(ends[part]), posinf=0.0))
             most = sizes.max(axis=0, initial=0.0)
             if most.any():
                 unit[part] = np.maximum(most, PASSING * most.max())
         left, parts = np.arange(z.shape[1]), 2
         while len(left) and parts <= MOST_PARTS:
-            finer = self._in_parts(z[:, left], spans[left], parts)
+            finer, until = self._in_parts(z[:, left], spans[left], parts)
+            ended = (until < 1) & (np.abs(until - lasted[left]) <= 2 / parts)
+            ended &= (until * parts >= ENDED) | (parts >= ENDED**2)
+            lasted[left] = until
             change = np.abs(finer - ends[:, left])
             before = (off[:, left] / unit[:, left]).max(axis=0)
             ends[:, left], off[:, left] = finer, change
             largest = (change / unit[:, left]).max(axis=0)
             done = (largest <= ENOUGH) | ((largest <= 1e-9) & (largest * SINKS > before))
-            left, parts = left[~done], 2 * parts
+            off[:, left[ended]] = np.inf
+            left, parts = left[~(done | ended)], 2 * parts
         off[:, left] = np.inf
         return ends, off
 
-    def _in_parts(self, z: np.ndarray, spans: np.ndarray, parts: int) -> np.ndarray:
-        h, left = spans / parts, np.zeros_like(z)
-        for _ in range(parts):
+    def _in_parts(
+        self, z: np.ndarray, spans: np.ndarray, parts: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the ends, (s, r), and up to which share of the span all is finite, (r,)."""
+        h, left, until = spans / parts, np.zeros_like(z), np.zeros(z.shape[1])
+        for k in range(parts):
             grown, _ = extrapolated_step(self._field, 0.0, z, h)
             total = grown + left
             new = z + total
             left = total - (new - z)
             z = new
-        return z
+            until[np.isfinite(z).all(axis=0)] = (k + 1) / parts
+        return z, until

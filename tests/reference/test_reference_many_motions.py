@@ -4,8 +4,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import sympy
 
 from discmech import Scene, pair, reference, scenes
+from discmech.reference.answer.many_motions import ManyMotions
 
 
 @pytest.mark.parametrize("name", ["pendulum", "heavy-top", "rigid-body"])
@@ -22,6 +24,25 @@ def test_pieces_end_where_the_references_are(name):
     off = np.abs(np.hstack([ends.x - x[1:].reshape(3, -1), ends.mu - mu[1:]]))
     assert (off <= 16 * ends.error + 1e-14).all() and ends.error.max() < 1e-12
     assert (ends.grown.max(axis=1) > 0.1).all()
+
+
+def test_a_piece_that_leaves_the_domain_in_long_parts_is_followed_and_one_that_ends_is_left():
+    """√(1 − x) is no number beyond x = 1: the first piece turns before, and the second does not."""
+    made, parts = ManyMotions._in_parts, []
+    scene = Scene(name="edge", groupoid=pair(1), x0=["0.5"], v0=[1], duration=1, step="0.1",
+                  lagrangian=lambda x, v, p: v[0] ** 2 / 2 + sympy.sqrt(1 - x[0]))  # fmt: skip
+
+    def counted(self, z, spans, count):
+        parts.append(count)
+        return made(self, z, spans, count)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ManyMotions, "_in_parts", counted)
+        ends = reference.many_motions(scene).after(
+            np.array([[0.5], [0.99]]), np.ones((2, 1)), np.zeros(2), np.full(2, 0.7), np.ones(2)
+        )
+    assert ends.error[0].max() < 1e-12 and ends.error[1].min() == np.inf
+    assert ends.x[0] == pytest.approx(0.9543920, abs=1e-6) and max(parts) <= 512
 
 
 def test_units_of_length_and_time_change_no_digit():
