@@ -76,7 +76,7 @@ def text_of_study(study: Study) -> str:
     `Opaque` for one that reads files, clocks or chance, so that it is measured anew each time.
     """
     if isinstance(study, StudyFolder):
-        return text_of(ROOT.joinpath(*study.package.split(".")[1:]))
+        return text_of(_folder_of(study))
     for file in reversed(loaded()):
         if file.studies.get(study.name) is study:
             return of_everything(file.digest, reads(study, pure=True))
@@ -86,6 +86,10 @@ def text_of_study(study: Study) -> str:
     place = Path(str(module.__file__))
     files = sorted(place.parent.rglob("*.py")) if module.__package__ else [place]
     return of_everything(*(p.read_text("utf-8") for p in files), reads(study, pure=True))
+
+
+def _folder_of(study: StudyFolder) -> Path:
+    return ROOT.joinpath(*study.package.split(".")[1:])
 
 
 def of_scene(scene: Scene) -> Iterator[str]:
@@ -168,6 +172,17 @@ def of_everything(*words: str) -> str:
     return _digest(*words, str(versions()), _text_of_all())
 
 
+def of_search(study: Study, *words: str) -> str:
+    """Return the digest of some words and all text by which a study may judge any scene and rule.
+
+    That is all of the mathematics, the folders by which all studies measure, the study's own, and
+    those that they import, with judges and limits. For one that is not the bench's it is all text.
+    """
+    if not isinstance(study, StudyFolder):
+        return of_everything(*words)
+    return _digest(*words, str(versions()), _text_of_search(_folder_of(study)))
+
+
 def of_views(*words: str) -> str:
     """Return the digest of some words and the text of all that shows results, for plots."""
     return _digest(*words, _text_of_showing(), version("matplotlib"))
@@ -175,9 +190,20 @@ def of_views(*words: str) -> str:
 
 @cache
 def _text_of_all() -> str:
-    folders = (ROOT / name for name in ("integrators", "reference", "studies", "tests/bench"))
-    return _text(p for folder in folders for p in folder.rglob("*")
-                 if p.suffix in (".py", ".json", ".c"))  # fmt: skip
+    return _text(_all_in(ROOT / "integrators", ROOT / "reference", *STUDIES))
+
+
+@cache
+def _text_of_search(folder: Path) -> str:
+    shared = (STUDIES[0] / name for name in SHARED)
+    folders = ROOT / "integrators", ROOT / "reference", *shared, *_files_by_folder(folder, True)
+    return _text(_all_in(*folders))
+
+
+def _all_in(*folders: Path) -> Iterator[Path]:
+    """Yield all files of folders that functions may depend on."""
+    return (p for folder in folders for p in folder.rglob("*")
+            if p.suffix in (".py", ".json", ".c"))  # fmt: skip
 
 
 @cache
@@ -197,30 +223,41 @@ def _text_of_showing() -> str:
 @cache
 def text_of(folder: Path) -> str:
     """Return the digest of the files by which a folder's study measures, and of their imports."""
+    folders = _files_by_folder(folder)
+    asked = {part for files in folders.values() for p in files if p.suffix == ".py"
+             for part in _asked_by(p)}  # fmt: skip
+    shared = [p for name in SHARED for p in (STUDIES[0] / name).rglob("*.py")
+              if not p.match("judging*.py")]  # fmt: skip
+    return _digest(
+        _text_of_mathematics(), *sorted(asked),
+        _text([*shared, *(p for f in folders.values() for p in f)]),
+    )  # fmt: skip
+
+
+def _files_by_folder(folder: Path, whole: bool = False) -> dict[Path, list[Path]]:
+    """Return the files by which a study measures, in its folder and in those that they import.
+
+    whole: True for all files of the folders, also those that judge.
+    """
     parts, folders = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
-    pending, asked = [folder], set[str]()
+    pending = [folder]
     while pending:
         place = pending.pop()
         if place in (*folders, *parts) or place.name in SHOWING or not place.is_dir():
             continue
         files = [
             p for p in place.rglob("*.py")
-            if p.parent != place or not any(map(p.match, NOT_MEASURING))
+            if whole or p.parent != place or not any(map(p.match, NOT_MEASURING))
         ]  # fmt: skip
         folders[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
         for file in files:
-            asked.update(_asked_by(file))
             text = file.read_text("utf-8")
             outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
             beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
             ours = re.findall(r"^\s*from discmech\.studies\.(\w+)", text, re.M)
             pending += [place.parent / name for name in beside]
             pending += [STUDIES[0] / name for name in ours]
-    shared = [p for part in parts for p in part.rglob("*.py") if not p.match("judging*.py")]
-    return _digest(
-        _text_of_mathematics(), *sorted(asked),
-        _text([*shared, *(p for f in folders.values() for p in f)]),
-    )  # fmt: skip
+    return folders
 
 
 def _asked_by(file: Path) -> Iterator[str]:

@@ -21,7 +21,7 @@ from discmech.integrators.errors import DiscmechError
 from discmech.integrators.scene import Scene
 
 from .case import Case, Choice, Progress
-from .fingerprint import of_everything
+from .fingerprint import of_search
 from .one_case import run_case
 from .outcome import OF_STEPS, without_figures
 from .parts import parts_of
@@ -59,7 +59,7 @@ def shrunk(
         make = partial(_listed, study, case, results[place])
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
-            make = partial(store.remembered, "smallest", of_everything("smallest", key), make)
+            make = partial(store.remembered, "smallest", of_search(study, "smallest", key), make)
         if (small := make()[0]) is not None:
             least = decoded(Smallest, small)
             changed |= {each: replace(results[each], smallest=least) for each in places}

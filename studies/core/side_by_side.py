@@ -100,7 +100,7 @@ def _completed(
         record = _kept(store, key, with_more(study, case, record, verdict))
         verdict = judged(study, case, record)
     if asks_cause(study, case, verdict):  # with other rules and scenes, so all text counts
-        named = fingerprint.of_everything(key, verdict.verdict, verdict.reason)
+        named = fingerprint.of_search(study, key, verdict.verdict, verdict.reason)
         told = store.find("cause", named)
         if told is None:
             if only:

@@ -72,7 +72,7 @@ def checkout(tmp_path, monkeypatch):
 def forget():
     for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
                      fingerprint._text_of_rule, fingerprint._text_of_mathematics,
-                     fingerprint._text_of_showing):  # fmt: skip
+                     fingerprint._text_of_showing, fingerprint._text_of_search):  # fmt: skip
         function.cache_clear()
 
 
@@ -197,6 +197,17 @@ def test_a_fault_rests_on_what_measures_in_the_studies_that_look_for_it(checkout
 @pytest.mark.parametrize("file", ["studies/order/judging.py", "reference/tables/kepler.json"])
 def test_what_tests_the_bench_itself_rests_on_everything(checkout, file):
     assert changes(checkout, file, partial(fingerprint.of_everything, "power"))
+
+
+@pytest.mark.dear(but=("energy/limits.py", "momentum/limits.py"))
+@pytest.mark.parametrize(("file", "counts"), [
+    ("studies/energy/limits.py", True), ("studies/order/limits.py", True),
+    ("studies/evidence/judging.py", True), ("studies/causes/diagnosis.py", True),
+    ("integrators/scenes/pendulum.py", True), ("reference/tables/kepler.json", True),
+    ("studies/momentum/limits.py", False), ("studies/report/tables.py", False),
+])  # fmt: skip
+def test_the_search_for_a_cause_rests_on_all_that_its_study_may_judge(checkout, file, counts):
+    assert changes(checkout, file, partial(fingerprint.of_search, get("energy"))) == counts
 
 
 @pytest.mark.slow

@@ -465,7 +465,7 @@ def test_a_cause_that_was_told_holds_while_all_text_is_the_same(monkeypatch):
         found = side_by_side.found_by(store, study, case, key)
         assert found.diagnosis == told and found.reason.endswith("factor: it is wrong.")
     assert side_by_side.found_by(store, study, case, key, only=True) == found and len(asked) == 1
-    monkeypatch.setattr(fingerprint, "_text_of_all", lambda: "changed")
+    monkeypatch.setattr(fingerprint, "_text_of_search", lambda _: "changed")
     assert side_by_side.found_by(store, study, case, key) == found and len(asked) == 2
 
 
