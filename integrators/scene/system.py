@@ -139,6 +139,16 @@ EXCLUSIONS = (
     ("derivatives of a run", _NOT_FREE,
      "{system} has {feature}: derivatives of runs are those of free states (x, mu), on which no "
      "impact acts."),
+    ("a step back", ("contact",),
+     "{system} has {feature}: an impact has no unique past, so it takes positive steps only."),
+    ("edges of charts", ("contact",),
+     '{system} has {feature}: leave on_edge="refuse", the default.'),
+    ("forms of a lattice", ("constraints",),
+     "{system} has {feature}: the form is defined on the vectors that they admit; use "
+     "RestrictedStep."),
+    ("forms of a lattice", ("contact",),
+     "{system} has {feature}: forms are not defined where a step holds impulses, and rows come by "
+     "trajectory alone."),
     ("a proof", ("contact",),
      "{system} has {feature}: a proven run is made in balls, without impulses."),
 )  # fmt: skip
@@ -192,9 +202,9 @@ class System:
         if refusal := self.refusal_of(*asked, **words):
             raise CannotMeasure(refusal)
 
-    def check_features(self) -> None:
-        """Raise `BadInput` if one of its features excludes another one."""
-        if refusal := self.refusal_of(*FEATURES):
+    def check_features(self, *asked: str) -> None:
+        """Raise `BadInput` if its features exclude what is asked, or without it one another."""
+        if refusal := self.refusal_of(*(asked or FEATURES)):
             raise BadInput(refusal)
 
     def put(self, **values: object) -> None:

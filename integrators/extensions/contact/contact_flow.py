@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiler import KernelsAtStep, Status
 from ...equations import DiscretisedScene
-from ...errors import BadInput, CannotMeasure, StepFailure
+from ...errors import CannotMeasure, StepFailure
 from ...flows import CAUSES, FreeMotion, SceneRuns, Start, Substeps
 from ...numbers import Arithmetic, Number, Numbers, finite
 from ...numbers.types import Given, Matrix, Vector
@@ -191,14 +191,8 @@ class ContactFlow(NotOneMap, SceneRuns):
         substeps: Substeps,
     ) -> None:  # fmt: skip
         super().__init__(scheme, step, digits, on_edge, substeps)
-        scene = scheme.scene
-        if self.step < 0:
-            raise BadInput(
-                f"{scene.name}: an impact has no unique past, so a scene with contact takes "
-                "positive steps only."
-            )
-        if on_edge != "refuse":
-            raise BadInput(f'{scene.name}: contact needs on_edge="refuse", the default.')
+        asked = {"a step back": self.step < 0, "edges of charts": on_edge != "refuse"}
+        scheme.scene.check_features(*(what for what, wanted in asked.items() if wanted))
 
     #: the class that finds the impulses of the contacts
     gaps_kind: type[Gaps] = Gaps

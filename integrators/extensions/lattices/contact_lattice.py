@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compiler import text_key
-from ...errors import BadInput, CannotMeasure, StepFailure
+from ...errors import StepFailure
 from ...numbers import Matrix, Number
 from ...numbers.types import Given, Rows
 from ...runs import Trajectory
@@ -58,8 +58,7 @@ class ContactLatticeFlow(LatticeFlow):
     def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
         if self.step < 0:
-            raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
-                           "contact takes positive steps only.")  # fmt: skip
+            self.lattice.check_features("a step back")
         self._check(self.lattice.start[0])
 
     def _check(self, x: np.ndarray) -> None:
@@ -87,8 +86,7 @@ class ContactLatticeFlow(LatticeFlow):
 
     def _refused(self, *arguments: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
-        raise CannotMeasure(f"{self.lattice.name} has contact: forms are not defined where a step "
-                            "holds impulses, and rows come by trajectory alone.")  # fmt: skip
+        self.lattice.refuse("forms of a lattice")
 
     poisson_defect = blocks = _refused
 

@@ -49,13 +49,8 @@ class DualStep:
     """
 
     def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
-        scheme, lattice = flow.scheme, flow.lattice
-        if scheme.constraints:
-            raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
-                                "vectors that they admit; use RestrictedStep.")  # fmt: skip
-        if lattice.has_contact:
-            raise CannotMeasure(f"{lattice.name} has contact: forms are not defined where a step "
-                                "holds impulses.")  # fmt: skip
+        lattice = flow.lattice
+        lattice.refuse("forms of a lattice")
         flow, x, mu = of_one_step(flow, x, mu)
         run = LatticeRun.from_row(flow, x, mu, t)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
