@@ -20,7 +20,6 @@ import itertools
 from collections.abc import Iterable
 from functools import cached_property
 
-from ..groupoids import Groupoid
 from ..numbers import Node, NodeMatrix, Scope, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
@@ -199,23 +198,22 @@ class Arrows:
         """Return nodes/h, term by term."""
         return [self.of.graph.divided(e, self.of.h) for e in nodes]
 
-    @property
-    def _arrow(self) -> tuple[Groupoid | Element, Column]:
-        """The object that knows the target, and an arrow in its letters: u in the chart, or g."""
-        element = self.element
-        return (self.groupoid, self.s.u) if element is None else (element, element.g)
-
     @cached_property
     def target(self) -> Column:
         """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
-        maps, arrow = self._arrow
-        return maps.target(self.s.x, arrow, self.s.h)
+        s, element = self.s, self.element
+        if element is None:
+            return self.groupoid.target(s.x, s.u, s.h)
+        return element.target(s.x, element.g, s.h)
 
     @cached_property
-    def increment(self) -> Column:
-        """y − x with the difference cancelled, n×1."""
-        maps, arrow = self._arrow
-        return maps.increment(self.s.x, arrow, self.s.h)
+    def increment(self) -> list[Node]:
+        """y − x with the difference cancelled, n entries."""
+        s, graph = self.s, self.of.graph
+        if self.element is None:
+            return graph.column(self.groupoid.increment(s.x, s.u, s.h))
+        x = graph.letters(s.x)
+        return [graph.collected(e, x) for e in graph.minus(graph.column(self.target), x)]
 
     # -- the theory's objects, written out in (x, u; h) ------------------------------------------
 

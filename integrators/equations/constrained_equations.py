@@ -82,7 +82,7 @@ class ConstrainedEquations(StepEquations):
         self.unknowns = [("velocity", s.u), ("multiplier", self.multipliers), ("velocity", end),
                          ("impulse", nu)]  # fmt: skip
         gain = graph.plus(maps.gain_of_rows, leaving, arriving)
-        self.increment = [*graph.column(maps.increment), *gain]
+        self.increment = [*maps.increment, *gain]
 
     @property
     def symmetric(self) -> bool:

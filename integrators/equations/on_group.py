@@ -88,8 +88,3 @@ class Element:
         if all(e.trace() == 0 for e in self.groupoid.algebra.matrices):
             return -adjugate  # det g = 1
         return -adjugate / g.det()
-
-    def increment(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
-        """Return x·g − x, n×1."""
-        moved = self.target(x, g, h) - x
-        return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))

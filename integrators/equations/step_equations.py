@@ -30,8 +30,7 @@ class StepEquations:
 
     Attributes: x, u, y, v, h, columns of the letters in `s`; z = (x, μ), (n+m)×1. unknowns: the
     columns of w with their kinds. rows, which vanish at w, and increment, the growth of z, are
-    nodes, or columns of expressions, in z, w, h and the letters of `scope`, which differentiates
-    them.
+    nodes in z, w, h and the held nodes of `scope`, which differentiates them.
     """
 
     #: L_d with its Legendre maps on arrows (x, u), without constraints; None if there is no L_d
@@ -43,8 +42,8 @@ class StepEquations:
     #: a mark of equations that share step and groupoid with others (`DiscreteEquations.altered`)
     mark = ""
     unknowns: Sequence[tuple[Kind, Column]]
-    rows: Entries
-    increment: Entries
+    rows: list[Node]
+    increment: list[Node]
     scope: Scope
 
     def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
@@ -113,16 +112,16 @@ class StepEquations:
     @uncollected()
     def step(self) -> Step:
         """One step as data for the compiler."""
-        n, rows = len(self.x), self.graph.column(self.rows)
-        slope = self.scope.jacobian(rows, self.graph.letters(self.w))
+        n = len(self.x)
+        slope = self.scope.jacobian(self.rows, self.graph.letters(self.w))
         return self._step(
             w=tuple(self.w),
             kinds=kinds_of(*self.unknowns),
-            rows=rows,
+            rows=self.rows,
             slope=slope,
             increment=self.increment[:n],
             gain=self.increment[n:],
-            wanted=(0,) * len(rows),
+            wanted=(0,) * len(self.rows),
             explicit=self.explicit,
         )
 
@@ -198,12 +197,12 @@ class DiscreteEquations(StepEquations):
         return self.discrete.rho, self.discrete.L, self.discrete.R
 
     @property
-    def rows(self) -> list[Node]:
+    def rows(self) -> list[Node]:  # type: ignore[override]
         """E/h − (μ, 0), which vanishes at w."""
         return self.graph.minus(self.step.rows, self.step.wanted)
 
     @property
-    def increment(self) -> list[Node]:
+    def increment(self) -> list[Node]:  # type: ignore[override]
         """(y − x, (F⁺ − F⁻)/h), n+m."""
         return [*self.step.increment, *self.step.gain]
 
@@ -221,8 +220,8 @@ class DiscreteEquations(StepEquations):
             kinds=kinds_of(*self.unknowns),
             rows=maps.rows,
             slope=maps.slope_of_rows,
-            increment=maps.increment,
             gain=maps.gain_of_rows,
+            increment=maps.increment,
             scaled=tuple(u for u in self.u if u in used),
             extents=tuple(self.groupoid.extents(self.x, self.u, self.h)),
             **on_group,

@@ -91,8 +91,8 @@ def _values(e: StepEquations) -> list[Any]:
     growth."""
     g, at = e.graph, e.arrows
     if at is not None:
-        return [list(e.rows), [*at.target, *at.plus_of_rows]]
-    return [list(e.rows), g.plus(g.letters(e.z), g.column(e.increment))]
+        return [e.rows, [*at.target, *at.plus_of_rows]]
+    return [e.rows, g.plus(g.letters(e.z), e.increment)]
 
 
 def _with_slopes(e: StepEquations, rows: list[Any], after: Entries) -> list[Result]:
@@ -130,8 +130,8 @@ TEXTS: dict[str, tuple[str, Callable[[StepEquations], list[Result]]]] = {
     "branch": ("x u", lambda e: [e.arrows_for("branch").element.branch]),  # type: ignore[union-attr]
     "natural": ("x", _natural),
     "bracket": ("x", lambda e: [poisson_tensor(e.s, e.s.x, e.s.mu)]),
-    "one_step": ("x mu w", lambda e: _with_slopes(e, list(e.rows), e.increment)),
-    "step": ("x mu w", lambda e: [list(e.rows), list(e.increment)]),
+    "one_step": ("x mu w", lambda e: _with_slopes(e, e.rows, e.increment)),
+    "step": ("x mu w", lambda e: [e.rows, e.increment]),
     "action": ("x w x0 a", lambda e: [_arrows(e).of.expression / e.h,
                                       composed_arrows(e.groupoid).after]),
     "velocity": ("x a", lambda e: [composed_arrows(e.groupoid).velocity]),
