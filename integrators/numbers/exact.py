@@ -308,7 +308,10 @@ def refuse_unwritten(expression: Expression, what: str) -> None:
 def _refuse(bits: float, what: str, most: int = LARGEST) -> None:
     if bits > most:
         many = f"about {int(bits) * 3 // 10}" if bits < 2**50 else "more than 10¹⁵"
-        raise BadInput(f"{what} has a number of {many} digits: choose units that fit the motion.")
+        raise BadInput(
+            f"{what} has an exact number of {many} digits, such as a high power of a fraction: "
+            "write it as a decimal, or choose units that fit the motion."
+        )
 
 
 def _bits(part: Expression, known: dict[Expression, tuple[float, bool]]) -> tuple[float, bool]:

@@ -289,8 +289,8 @@ def all_by(c: float) -> Told:
             f"every step is {abs(c - 1):.2g} of it too {'long' if c > 1 else 'short'}: "
             "coefficients that should add up to 1 have too few digits."
         )
-    word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < SAME), math.nan), "")
-    more = f": {word}" if word else ""
+    c = next((k for k in FACTORS if abs(k - c) < SAME), c)
+    more = f": {FACTORS[c]}" if c in FACTORS else ""
     return "factor of time", (
         f"a step moves by {c:.6g} of the vector field{more}; the shares of the step, with their "
         "signs, should add up to 1."
@@ -345,8 +345,10 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
     if case.rule.is_formula or case.rule.unit(16) > 2.0**-50:
         return None
     scheme: Any = case.scheme
-    place = evidence_of(scheme).places[0]
-    z, size = starts[0].z, len(starts[0].z)
+    # a start that is round may give what is round
+    looks = zip(evidence_of(scheme).places, [b.z for b in starts], strict=False)
+    place, z = max(looks, key=lambda look: bool((look[1] != look[1].astype(np.float32)).any()))
+    size = len(z)
     f = guarded(scheme.flow(place.step).map_of(t0=place.t), size)
     image = f(z)
     if not np.array_equal(image, f(z), equal_nan=True):
@@ -367,9 +369,10 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
         )
     if np.isfinite(image).all():  # whole numbers are of single precision, too
         for decimals in range(MOST_DECIMALS):
-            if bool((image == np.round(image, decimals)).all()):
+            image_is, z_is = ((e == np.round(e, decimals)).all() for e in (image, z))
+            if image_is and not z_is:
                 return "rounded", f"all that it gives are {Grid(10, decimals).words}."
-        if bool((image == image.astype(np.float32)).all()):
+        if (image == image.astype(np.float32)).all() and (z != z.astype(np.float32)).any():
             return "single precision", "all that it gives are numbers of single precision."
     scale = np.maximum(np.abs(z), starts[0].span * float(place.length))
     noise = noise_of(f, z, scale, 2.0**-53)

@@ -270,7 +270,26 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[st
             helper = sys.modules.get(name := _name_of(place, file.parent))
             if helper is not None and getattr(helper, "__file__", None) == str(place):
                 _beside[name] = helper, text
+    if refused:
+        _refuse_users(source, module, refused)
     return _digest_of(source, beside), module, refused
+
+
+def _refuse_users(source: bytes, module: ModuleType, refused: dict[str, str]) -> None:
+    """Refuse the functions and classes that ask for a refused name when they run."""
+    for each in ast.parse(source).body:
+        if not isinstance(each, ast.FunctionDef | ast.ClassDef) or not hasattr(module, each.name):
+            continue
+        names = [node for node in ast.walk(each) if isinstance(node, ast.Name | ast.arg)]
+        own = {e.arg if isinstance(e, ast.arg) else e.id for e in names
+               if isinstance(e, ast.arg) or isinstance(e.ctx, ast.Store)}  # fmt: skip
+        asked = [e.id for e in names if isinstance(e, ast.Name) and e.id in refused]
+        if need := next((name for name in asked if name not in own | vars(module).keys()), ""):
+            delattr(module, each.name)
+            refused[each.name] = (
+                f"{each.name} needs {need}, which could not be made: {refused[need]}; mend that "
+                "line, or the file that it reads."
+            )
 
 
 def _from(statements: list[ast.stmt], line: int) -> list[ast.stmt]:

@@ -166,6 +166,17 @@ def test_an_object_that_is_refused_blocks_no_other_and_is_told(file, capsys):
     assert "two-thirds" in told.out and "mine.py, line 4: my-pendulum: x0 has 2" in told.err
 
 
+def test_a_step_that_reads_what_could_not_be_made_is_refused_with_the_line_that_could_not(file):
+    name = file(
+        "from discmech import black_box\nweights = open('none.txt')\n\n"
+        "@black_box(order=2)\ndef step(q, p, h, s):\n    return q + h * weights[0], p\n\n"
+        "@black_box(order=2)\ndef other(q, p, h, s):\n    weights = [0]\n    return q, p\n"
+    )
+    assert [rule.name for rule in lookup.rules([f"{name}:other"])] == ["other"]
+    with pytest.raises(BadInput, match=r"step needs weights, .* line 2: .*none\.txt.*; mend that"):
+        lookup.rules([f"{name}:step"])
+
+
 def test_an_entry_of_a_list_that_cannot_be_made_blocks_no_other(file):
     made = "x0=[2] if k else [1 / 0] if k is None else [2, 3]"
     text = SCENE.replace("mine =", "def made(k):\n    return").replace("x0=[2]", made)

@@ -1,8 +1,13 @@
 """Right methods pass with what they are worth, and every mistake is caught with its cause."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from discmech import Scene, black_box, pair, scenes
+from discmech.studies.causes import one_step
+from discmech.studies.causes.first_terms import beginnings
 from discmech.studies.causes.one_step import of_step
 from discmech.studies.core.case import Case
 
@@ -84,6 +89,15 @@ def test_a_law_that_a_known_method_lacks_has_its_name(law, name, words):
     boxes = {box.name: box for _, box in MISTAKES} | EVERY
     told = of_step(Case(law, scenes.get("pendulum"), boxes[name], 16), law)
     assert words in told["sentence"] if words else told is None
+
+
+def test_what_stays_at_a_round_start_is_not_called_rounded():
+    case = Case("order", scenes.get("pendulum"), black_box(order=2)(lambda q, p, h: (q, p)), 16)
+    start = replace(beginnings(case.scheme, order=False)[0], z=np.array([2.0, 0.0]))
+    assert one_step._of_numbers(case, [start]) is None
+    rounded = black_box(order=2)(lambda q, p, h: (np.round(q + 1e-3, 2), np.round(p, 2)))
+    start = replace(start, z=np.array([2.0, 0.1234]))
+    assert one_step._of_numbers(replace(case, rule=rounded), [start])[0] == "rounded"
 
 
 @pytest.mark.slow
