@@ -111,6 +111,20 @@ class ManyMotions:
         v1 = ends.T[: len(z), self.n : z.shape[1]]
         return Ends(at[0][:, : self.n], v1, at[0][:, self.n :], error, grown)
 
+    def rates(self, x: np.ndarray, v: np.ndarray, t: np.ndarray, by: np.ndarray) -> np.ndarray:
+        """Return how fast a small change of each state grows, (r,), in inverse units of time.
+
+        Changes count in units of `by` (n+m,); the largest of two drawn ones.
+        """
+        z, drawn = np.hstack([x, v]).astype(float).T, np.random.default_rng(0)
+        ways = [by[:, None] * drawn.choice((-1.0, 1.0), z.shape) for _ in range(2)]
+        late = [t[None]] if self.timed else []
+        with np.errstate(all="ignore"):
+            there, *ends = (self._field(0.0, np.vstack([z + MOVED * way, *late]))[: len(z)]
+                            for way in (0 * z, *ways))  # fmt: skip
+            grown = [np.abs((end - there) / by[:, None]).max(axis=0) for end in ends]
+        return np.asarray(np.maximum(*grown) / MOVED)
+
     def _dual(self, z: np.ndarray) -> np.ndarray:
         mu = [np.broadcast_to(e, z.shape[1:]) for e in self._momentum(*z)]
         return np.vstack([z[: self.n], *mu])

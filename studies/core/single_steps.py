@@ -93,3 +93,4 @@ class SingleSteps:
     effective: EffectiveOrder | None = field(default=None, metadata=OPTIONAL)
     laws: Mapping[str, Departure] = field(default_factory=dict)
     unscanned: str = ""
+    around: int = 0

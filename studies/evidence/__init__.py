@@ -24,6 +24,7 @@ from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
 from ..core.single_steps import Departure, EffectiveOrder, Floats
+from .around import states_that_stand_out
 from .effective import effective_order_of
 from .floats import floats_of
 from .grid import Floor, Grid
@@ -54,13 +55,15 @@ class Evidence:
     def places(self) -> list[Place]:
         """Return states on the motion and beside it, each with a time and a step.
 
-        And those parts of the motion where a run of the rule is not smooth (`scan`).
+        And those parts of the motion where a run of the rule is not smooth (`scan`), and of many
+        states around it those from which short steps miss the order (`around`).
         """
         return self._places_of(self.scheme)
 
     def _places_of(self, scheme: Scheme) -> list[Place]:
         drawn = places_of(scheme, self.seed)
-        return drawn + places_at(scheme, times_that_stand_out(scheme)[0])
+        drawn += places_at(scheme, times_that_stand_out(scheme)[0])
+        return drawn + states_that_stand_out(scheme, self.seed)[0]
 
     @cached_property
     def _places_of_whole(self) -> list[Place]:
@@ -70,6 +73,11 @@ class Evidence:
     def unscanned(self) -> str:
         """Return why no run looked for narrow parts of the motion; "" if one did."""
         return times_that_stand_out(self.scheme)[1]
+
+    @property
+    def around(self) -> int:
+        """Return from how many states around the motion a short step was made."""
+        return states_that_stand_out(self.whole, self.seed)[1]
 
     @cached_property
     def whole(self) -> Scheme:

@@ -12,6 +12,7 @@ from ..core.records import decoded
 from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
 from .laws import AGAIN, ARROW, FORM, WAY_BACK
+from .places import WIDE
 
 #: the key of the record in a measurement
 LOCAL = "local"
@@ -72,10 +73,16 @@ def judge(
             said = broken(law, one, local.seed, what)
             return Verdict("fail", said, verdict.expected, why=STEPS_ARE_OFF)
     verdict = _of_order(local, verdict, wanted, asks_order, what, kept)
-    if verdict.verdict == "pass" and local.unscanned:
-        said = "faults in narrow parts of the motion were not looked for, since no run was made"
-        return verdict.because(f"{verdict.reason} {said} {local.unscanned}".strip())
-    return verdict
+    if verdict.verdict != "pass":
+        return verdict
+    told = [verdict.reason]
+    if local.unscanned:
+        told.append("faults in narrow parts of the motion were not looked for, since no run was "
+                    f"made {local.unscanned}")  # fmt: skip
+    if local.around:
+        told.append(f"Beside the motion short steps were looked at from {local.around} drawn "
+                    f"states, up to {WIDE:g} of its size away.")  # fmt: skip
+    return verdict.because(" ".join(filter(None, told)))
 
 
 def _of_order(
