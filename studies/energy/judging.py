@@ -50,9 +50,15 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_balance(case, record)
     if record.slopes is not None:
         return _of_long_runs(case, record)
-    verdict = judge_errors(case.rule.unit(case.digits), record, case.scene.no_energy)
+    unit = case.rule.unit(case.digits)
+    verdict = judge_errors(unit, record, case.scene.no_energy)
     if not case.scene.no_energy and np.isfinite(record.band):
         verdict = judging_modified.judge(record, verdict)
+    for place in record.beside or () if verdict.verdict == "pass" else ():
+        if place.errors is not None:
+            there = judge_errors(unit, decoded(Found, Measurement.of(place.errors)))
+            if there.verdict == "fail":
+                return replace(there, reason=f"{place}, {there.reason}")
     if verdict.verdict == "inconclusive" and record.before is not None:
         before = _judge(case, Measurement.of(record.before))
         if before.verdict == "fail":  # a longer run takes no drift back

@@ -45,9 +45,7 @@ def judge(record: Found, verdict: Verdict) -> Verdict:
     told = drift_beside(record.beside or [])
     if told is not None and verdict.verdict != "fail":
         place, drift = told
-        where = ", ".join(f"{e:.4g}" for e in place.place)
-        said = f"beside the motion, from (x, μ) = ({where}) with the step {place.step:.4g}, "
-        said += _drifts(drift.modified, drift.time)
+        said = f"{place}, {_drifts(drift.modified, drift.time)}"
         return drifting(said, drift.modified, verdict.expected)
     return verdict
 

@@ -27,19 +27,21 @@ from ..core.claims import keeps_energy, not_claimed
 from ..core.ended import refuse_ended
 from ..evidence.laws import ENERGY, Law
 from ..evidence.measuring import single_steps
+from ..symplecticity.in_numbers import certain_losses
 from ..systems import System, system_of
 from ..systems.modified_change import Change
 from ..systems.moving_energy import may_end
-from ..systems.runs import FAR
+from ..systems.runs import FAR, energy_errors, usual_steps
 from . import balance, modified
 from .errors import LONGER, measured_errors, turns_of
 from .judging_errors import comes_late, is_wide, verdict_of_run
 from .judging_modified import drift_of, drifts_beside, is_told
-from .records import NOT_BACK, Found
+from .records import NOT_BACK, Beside, Found
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
 DIGITS = (16,)
+OF_ENERGY = 4  # a quarter of the states at which the study of symplecticity looks at the form
 ALONE = 20_000  # steps of a forced scene without its force
 
 
@@ -105,7 +107,7 @@ def _measure(case: Case, progress: Progress) -> Found:
         return record
 
     still, turns, along = False, 0, list[Change]()
-    beside = modified.beside(case)
+    beside = modified.beside(case) or _where_form_is_lost(case)
     at_places = drifts_beside(beside)
 
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
@@ -128,6 +130,32 @@ def _measure(case: Case, progress: Progress) -> Found:
         half = round(record.duration / float(case.scene.step)) // 2
         record = replace(record, before=_measure(replace(case, steps=half), progress))
     return _with_drift(replace(record, still=still, turns=turns, modified=along, beside=beside))
+
+
+def _where_form_is_lost(case: Case) -> list[Beside]:
+    """Return the errors along runs of a program from where its steps certainly lose the form.
+
+    They are none of a symplectic one, so only what is claimed to be one is asked. One that cannot
+    make a long run soon is not looked at so often either.
+    """
+    claims, scheme = case.rule.claims, case.scheme
+    able = not case.rule.is_formula and not case.rule.is_recorded
+    if not (able and claims and claims.symplectic and usual_steps(case) >= modified.QUICK):
+        return []
+    runs = list[Beside]()
+    for look in certain_losses(case, OF_ENERGY):
+        x, mu = np.split(look.z, [len(scheme.s.x)])
+        flow: Any = scheme.flow(look.step)
+
+        def errors_of(more: int, flow: Any = flow, start: Any = (x, mu)) -> Any:
+            x, mu = start
+            run = flow.trajectory(more * modified.STEPS, x0=x if len(x) else None, mu0=mu)
+            return np.asarray(run.t, dtype=float), energy_errors(scheme, run)
+
+        with suppress(StepFailure):
+            record = measured_errors(case, errors_of)
+            runs.append(Beside(look.z.tolist(), float(look.step), record.band, (), record))
+    return runs
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:

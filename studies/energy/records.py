@@ -42,12 +42,20 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """The changes along a short run from a place (x, μ) beside the motion, and their band."""
+    """The changes along a short run from a place (x, μ) beside the motion, and their band.
+
+    errors: of a program's run in place of the rows, as a `Found` of its own.
+    """
 
     place: Sequence[float] = ()
     step: float = 0.0
     band: float = 0.0
     rows: Sequence[Change] = ()
+    errors: Any = field(default=None, metadata=OPTIONAL)
+
+    def __str__(self) -> str:
+        place = ", ".join(f"{e:.4g}" for e in self.place)
+        return f"beside the motion, from (x, μ) = ({place}) with the step {self.step:.4g}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,8 @@ from discmech.integrators.extensions.foreign import derivative, guarded, noise_o
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
+from ..evidence.places import seed_in_numbers
+from .around import conspicuous
 from .constrained import constrained_parameters
 from .form_in_numbers import (
     Defect,
@@ -26,7 +28,7 @@ from .form_in_numbers import (
 from .judging_form import is_defect
 from .leaves import leaf_defect
 from .own_derivatives import of_run, of_step
-from .places import Look, looks, more_looks
+from .places import Look, looks, more_looks, scale_of
 from .records import FoundOfNumbers, Held, MeasuredOfNumbers, OfNumbers, Volume
 
 #: share of the defect of a method of that order: a smaller defect is none
@@ -40,6 +42,9 @@ UNSEEN = 10
 ENOUGH = 3  # places that have to reach the resolution
 CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
 UNKNOWN_ORDER = 4  # the order for a method that claims none: few methods leave less
+#: shares of the motion's size over which a state that stands out is looked at: a narrow part of the
+#: states has no edge in the smaller
+NEAR = 1, 1 / 64
 SMOOTH = 64 * 2.0**-53  # a larger noise, relative to the values, is reported
 
 
@@ -62,7 +67,21 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         if not undecided(case, rows):
             break
         rows.append(_row(case, len(rows), look, scale, seed))
-    return FoundOfNumbers(rows, _measured(rows))
+    around, unit = 0, case.rule.unit(16)
+    if not any(is_defect(row.certain or 0.0, unit) for row in rows):
+        stand_out, around = conspicuous(case, scale, seed)
+        near = [_row(case, len(rows), look, part * scale, seed)
+                for look in stand_out for part in NEAR]  # fmt: skip
+        rows += [row for row in near if row.certain is not None]
+    return FoundOfNumbers(rows, _measured(rows), around=around)
+
+
+def certain_losses(case: Case, fewer: int) -> list[Look]:
+    """Return looks, of so many fewer drawn states, whose step certainly loses the form."""
+    scale, seed, unit = scale_of(case.scheme), seed_in_numbers(case.scheme), case.rule.unit(16)
+    return [look for k, look in enumerate(conspicuous(case, scale, seed, fewer)[0])
+            if any(is_defect(_row(case, k, look, part * scale, seed).certain or 0.0, unit)
+                   for part in NEAR)]  # fmt: skip
 
 
 class Resolved(Protocol):

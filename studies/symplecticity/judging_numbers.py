@@ -16,6 +16,7 @@ from discmech.integrators.numbers import jacobian, sympy
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
+from ..evidence.places import WIDE
 from .in_numbers import ENOUGH, decisive, resolved
 from .judging_form import is_defect
 from .limits import LIMITS
@@ -63,7 +64,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
         if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
         demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
-        said = "; ".join(_looked_at(case, rows))
+        said = "; ".join(_looked_at(case, record))
         said = f"{said[:1].upper()}{said[1:]}." if said else ""
         return Verdict("pass", said, {**expected, "not_demanded": reason, "demanded": demanded})
     rough = f"; {_ROUGH.format(noise)}" if noise else ""
@@ -95,7 +96,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
         told = "the form is kept in single steps"
         told += f" and in runs of up to {run.seen} steps" if run.seen else ""
         told += "; the motion of a map of one step is not held against a scene's" * is_map
-        told = "; ".join([told, *_looked_at(case, rows)])
+        told = "; ".join([told, *_looked_at(case, record)])
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
     said = f"no defect is seen, but one of {resolution:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
@@ -142,14 +143,19 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     return Verdict("fail", said, measured={worst.what: off})
 
 
-def _looked_at(case: Case, rows: Sequence[OfNumbers]) -> list[str]:
-    """Return how far a derivative that is given was held against steps, and how fine a box is."""
-    told = []
-    if in_box(case.scheme):
-        states = {tuple(row.state) for row in rows}
-        share = len(states) ** (-1 / len(rows[0].state))
-        told.append(f"its box was looked at from {len(states)} drawn states, one to {share:.2g} of "
-                    "each side")  # fmt: skip
+def _looked_at(case: Case, record: FoundOfNumbers) -> list[str]:
+    """Return how far a derivative that is given was held against steps, and from how many states.
+
+    Faults of a box, or of the states around a motion, may lie between these.
+    """
+    told, rows = [], record.rows
+    if record.around:
+        share = record.around ** (-1 / len(rows[0].state))
+        told.append(
+            f"its box was looked at from {record.around} drawn states, one to {share:.2g} of each "
+            "side" if in_box(case.scheme) else f"{record.around} more states, drawn up to {WIDE:g} "
+            "of the motion's size beside it, were looked through by plain differences"
+        )  # fmt: skip
     for (what, by), hidden in _hidden(rows).items():
         of = "steps" if what == "jacobian" else f"runs of {STEPS} steps"
         places = sum(any((e.what, e.by) == (what, by) for e in row.derivatives) for row in rows)

@@ -7,6 +7,7 @@ is off beyond it is certain, and the bound says what could be hidden.
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -45,9 +46,9 @@ def of_step(
     seen = derivative(shifted(f, look.z), size, scale, noise)
     if rule.jacobian is None or look.count > 1:
         return seen, []
-    matrix = _array(rule, "jacobian", _asked(flow, "jacobian", look), (size, size))
+    matrix = asked_jacobian(flow, look.z, look.time)
     rounding = ROUNDINGS * rule.unit(16)
-    off, hidden = _distance(matrix, seen, scale, scale, rounding)
+    off, hidden = distance(matrix, seen, scale, scale, rounding)
     own = Derivative(matrix, rounding * np.abs(matrix))
     return own, [Held("jacobian", START, off, hidden)]
 
@@ -56,7 +57,7 @@ def of_run(flow: Flow, look: Look, scale: Vector, seed: int) -> list[Held]:
     """Return the distances of the program's gradient of a run, by the start and by parameters."""
     if flow.scheme.rule.gradient is None or look.count == 1:
         return []
-    gradient = _asked(flow, "gradient", look, STEPS)
+    gradient = _asked(flow, "gradient", look.z, look.time, STEPS)
     by_name = gradient if isinstance(gradient, dict) else {START: gradient}
     return [_by(flow, look, scale, seed, *entry) for entry in by_name.items()]
 
@@ -75,7 +76,7 @@ def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, gradient: obj
     seen = derivative(f, size if of_state else 1, ways, noise)
     array = _array(rule, "gradient", gradient, (size, *shape) if of_state else shape)
     sizes = scale if of_state else np.array([_size_of(rule, run(0 * ways), n, scale)])
-    off, hidden = _distance(
+    off, hidden = distance(
         array.reshape(-1, count), seen, ways, sizes, STEPS * ROUNDINGS * rule.unit(16)
     )
     return Held("gradient", by, off, hidden)
@@ -115,7 +116,7 @@ def _arguments(
     return changed, ways, value.shape
 
 
-def _distance(
+def distance(
     matrix: Matrix, seen: Derivative, ways: Vector, sizes: Vector, rounding: float
 ) -> tuple[float, float]:
     """Return how far a derivative (k, l) is certainly off, and what differences may hide.
@@ -131,12 +132,18 @@ def _distance(
     return float(off.max(initial=0.0).clip(0)), float(unsure.max(initial=0.0))
 
 
-def _asked(flow: Flow, word: str, look: Look, *steps: int) -> Any:
+def asked_jacobian(flow: Flow, z: Vector, time: Fraction | int = 0) -> Matrix:
+    """Return the program's own derivative of a step; raises `BadInput` if it is none."""
+    answer = _asked(flow, "jacobian", z, time)
+    return _array(flow.scheme.rule, "jacobian", answer, (len(z), len(z)))
+
+
+def _asked(flow: Flow, word: str, z: Vector, time: Fraction | int, *steps: int) -> Any:
     """Return what a function of the program answers at a place; raises `BadInput` if it raises."""
     rule, n = flow.scheme.rule, flow.system.n
-    flow.system.t = float(look.time)
+    flow.system.t = float(time)
     try:
-        return getattr(rule, word)(look.z[:n], look.z[n:], flow.h, *steps, flow.system)
+        return getattr(rule, word)(z[:n], z[n:], flow.h, *steps, flow.system)
     except RAISED as error:
         raise BadInput(
             f"the black box {rule.name}: its {word} raises {type(error).__name__}: {error}."

@@ -114,7 +114,7 @@ def _states(
     scheme: Any, scale: Vector, drawn: random.Random, shares: Sequence[float]
 ) -> Iterator[tuple[Vector, Fraction, float]]:
     """Yield (state, time, rate) of drawn rows of the motion, and beside them by those shares."""
-    rows, own = _motion(scheme), Fraction(scheme.scene.step)
+    rows, own = motion_of(scheme), Fraction(scheme.scene.step)
     system = scheme.flow(own).system
     for share in shares:
         at = drawn.randrange(len(rows))
@@ -127,7 +127,7 @@ def scale_of(scheme: Any) -> Vector:
     """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
     if in_box(scheme):
         return _looks_in_box(scheme)[1]
-    rows = _motion(scheme)
+    rows = motion_of(scheme)
     n = scheme.s.n
     reach, size = np.ptp(rows, axis=0), np.abs(rows).max(axis=0)
     # an entry that hardly moves has the size of its value, or of its kind
@@ -138,7 +138,7 @@ def scale_of(scheme: Any) -> Vector:
     return np.where(scale > 0, scale, 1.0)
 
 
-def _motion(scheme: Any) -> Matrix:
+def motion_of(scheme: Any) -> Matrix:
     """Return rows of the scene's motion, by a Runge–Kutta method on its field.
 
     Under constraints they are those of its reference.

@@ -116,11 +116,15 @@ class OfRun:
 
 @dataclass(frozen=True, slots=True)
 class FoundOfNumbers:
-    """The rows of a program, the worst of each, the form along a run, and its single steps."""
+    """The rows of a program, the worst of each, the form along a run, and its single steps.
+
+    around: the number of drawn states at which plain differences looked for faults.
+    """
 
     rows: Sequence[OfNumbers] = ()
     measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
     run: OfRun = field(default_factory=OfRun)
+    around: int = 0
     local: SingleSteps | None = None
 
 

@@ -71,7 +71,7 @@ def test_a_pass_says_how_fine_its_box_was_looked_at():
     box = black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]))(kicked(1))
     case = Case("symplecticity", box.own_scene, box, 16)
     told = judge(case, in_numbers.measure(case, lambda *_: None))
-    assert told.verdict == "pass" and "from 6 drawn states, one to 0.41 of each" in told.reason
+    assert told.verdict == "pass" and "from 4096 drawn states, one to 0.016 of each" in told.reason
 
 
 def kicked(h):

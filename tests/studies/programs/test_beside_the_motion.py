@@ -1,0 +1,74 @@
+"""Faults of programs in parts of the states that the scene's motion does not visit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from discmech import Scheme, black_box, scenes
+from discmech.studies.evidence import evidence_of
+
+from . import methods
+from .judging import judged
+from .test_gradients import tangent
+
+
+def damped(part, loss):
+    """Return Verlet that damps by loss(h) where the states, over those of the motion, say so."""
+
+    @black_box(order=2, symplectic=True, reversible=True)
+    def step(q, p, h, s):
+        there = part(q[0] / 2, p[0] / 2)
+        q, p = methods.kick_drift_kick(q, p, h, s)
+        return q, p * (1 - loss(h) * there)
+
+    return step
+
+
+PARTS = {
+    "outside": lambda q, p: abs(q) > 1.2, "fast": lambda q, p: abs(p) > 1.2,
+    "corner": lambda q, p: q > 0.8 and p > 0.8, "nowhere": lambda q, p: False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("rate", [1e-3, -1e-3])
+def test_a_program_is_asked_beside_the_motion(part, rate):
+    """A program that damps, or heats, in a part of the states alone is not consistent there."""
+    scheme = Scheme(scenes.get("pendulum"), damped(PARTS[part], lambda h: rate * h))
+    evidence = evidence_of(scheme)
+    assert evidence.order.order == pytest.approx(2 if part == "nowhere" else 0, abs=0.05)
+    assert evidence.around == 1024 and (len(evidence.places) > 4) == (part != "nowhere")
+
+
+@pytest.mark.slow
+def test_an_energy_that_is_lost_beside_the_motion_by_a_power_of_the_order():
+    lossy = damped(PARTS["outside"], lambda h: 1e-2 * h**3)
+    verdict = judged("energy", "pendulum", lossy, causes=False)
+    assert verdict["verdict"] == "fail" and "beside the motion" in verdict["reason"]
+    verdict = judged("energy", "pendulum", methods.verlet, causes=False)
+    assert verdict["verdict"] == "pass" and "1024 drawn states, up to 0.5" in verdict["reason"]
+
+
+@pytest.mark.parametrize("side", [0, 0.03])
+def test_a_corner_of_a_box_of_states(side):
+    def turn(q, p):
+        kept = 1 - 1e-6 * (min(q[0], p[0]) > 0.3 - 0.6 * side)
+        p = p - q**2
+        return np.cos(1) * q + np.sin(1) * p, kept * (np.cos(1) * p - np.sin(1) * q)
+
+    box = black_box(step=1, symplectic=True, states=([-0.3, -0.3], [0.3, 0.3]))(turn)
+    verdict = judged("symplecticity", box.own_scene, box, causes=False)
+    assert verdict["verdict"] == ("fail" if side else "pass")
+
+
+@pytest.mark.parametrize("off", [0, 1e-6])
+def test_a_jacobian_that_is_wrong_in_a_sector(off):
+    def jacobian(q, p, h, s):
+        matrix = tangent(q, p, h, 1, s)[0]["start"]
+        return matrix + off * (q[0] < -1 and p[0] > 0) * np.array([[0, 0], [1, 0]])
+
+    box = replace(methods.verlet, jacobian=jacobian)
+    verdict = judged("symplecticity", "pendulum", box, causes=False)
+    assert verdict["verdict"] == ("fail" if off else "pass")
+    assert ("its jacobian is not the derivative" in verdict["reason"]) == bool(off)
