@@ -51,7 +51,8 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     record = decoded(Found, measurement)
     over = record.over or _over(case, record.steps)
     walks = record.walks or walks_of(case, record.steps)
-    limits = round_off(case, walks, record.units, LIMITS["walk"])
+    roundings = 1.0 if case.rule.is_formula else LIMITS["program"]
+    limits = round_off(case, walks, record.units, LIMITS["walk"] * math.sqrt(roundings))
     noise = round_off(case, walks, record.units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
     limit = max(limits.values(), default=0.0)

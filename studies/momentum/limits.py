@@ -9,6 +9,11 @@ LIMITS = {
         "that are added to them; κ is what both do to the quantity; 5 are passed once in a "
         "million walks (Feller, XIV); e is the round-off of the quantity itself",
     ),
+    "program": Limit(
+        8, "roundings of a program's step on each entry, where a rule's compensated one has 1",
+        "derived: to turn a vector takes three products and two sums of each entry, and each entry "
+        "of the matrix a norm, a sine and a quotient; they walk too, √8 as far",
+    ),
     "alike": Limit(
         4, "roundings of a program's step that may all go one way, in each of N steps",
         "set: its operations, such as the sines and cosines of a turn, round alike where angles "

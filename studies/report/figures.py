@@ -16,7 +16,6 @@ from ..core.result import AnyResult, StudyResult
 from ..core.study import view_of
 from .canvas import Drawing, render
 from .palette import Mark, marks
-from .tables import labelled
 from .view import Sketch, Titles
 
 
@@ -43,7 +42,9 @@ class Look:
         self, cases: Sequence[AnyResult], known: dict[str, Mark]
     ) -> tuple[list[AnyResult], dict[str, Mark]]:
         """Return the cases with labels in place of rules' names, and the marks by label."""
-        shown = labelled(cases, dict(self.labels))
+        labels = dict(self.labels)
+        shown = [replace(case, rule=labels.get(str(case.rule), case.rule), named=case.rule)
+                 for case in cases]  # fmt: skip
         pairs = zip(shown, cases, strict=True)
         return shown, known | {new.method: known[old.method] for new, old in pairs}
 

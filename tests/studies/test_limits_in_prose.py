@@ -71,7 +71,8 @@ SAID = {
     "verdicts.md": [
         "pullback of Ω | {symplecticity: form};", "reversibility | {symplecticity: step} ε",
         "a limit below {momentum: blind};", "{momentum: walk} standard deviations are passed",
-        "{momentum: alike} roundings of a program's step",
+        "{momentum: alike} of them may be alike",
+        "A program's step has {momentum: program} roundings of each",
         "below its bound and {energy: stands} of the band, with the bound below {energy: known} of",
         "and {energy: beyond} times ∫", "at {energy: many} returns and more",
         "{energy: beyond} times Σ", "at most 1/{contact: falls} of", "half, {contact: falls} |",

@@ -97,7 +97,7 @@ def test_a_program_may_round_alike_as_far_as_shorter_steps_show_it(monkeypatch):
     """By twice what they lose, and never by more than four roundings a step."""
     kept, eps = [quantity("J")], 2.0**-53
     own = black_box(order=2, name="program", keeps="J")(lambda q, p, h: (q, p))
-    limit = eps * (5 / math.sqrt(3) * 1000 + 2)
+    limit = eps * (5 / math.sqrt(3) * math.sqrt(8e6) + 2)  # each step rounds eight times
     for lost, most in ((1e-12, 2e-12), (1e-6, 4e6 * eps)):
         for side, verdict in ((BELOW, "pass"), (ABOVE, "fail")):
             drift = {"J": side * (limit + most)}
