@@ -148,7 +148,8 @@ def of_proof(rule: Discretisation, *words: str) -> str:
 
     words: what was asked beside the order. Raises `Opaque` if some part of it hides its contents.
     """
-    return of_everything("prove", *words, *of_rule(rule))
+    text = _text_of_search(STUDIES[0] / "proof")
+    return _digest("prove", *words, str(versions()), text, *of_rule(rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:

@@ -210,6 +210,14 @@ def test_the_search_for_a_cause_rests_on_all_that_its_study_may_judge(checkout, 
     assert changes(checkout, file, partial(fingerprint.of_search, get("energy"))) == counts
 
 
+@pytest.mark.parametrize(("file", "counts"), [
+    ("studies/proof/laws.py", True), ("studies/evidence/powers.py", True),
+    ("studies/momentum/limits.py", False), ("studies/energy/judging.py", False),
+])  # fmt: skip
+def test_a_proof_rests_on_all_that_proves(checkout, file, counts):
+    assert changes(checkout, file, partial(fingerprint.of_proof, midpoint)) == counts
+
+
 @pytest.mark.slow
 def test_a_rule_rests_on_its_file_and_on_those_that_it_imports_there(checkout):
     assert changes(checkout, "integrators/rules/midpoint.py", key)
