@@ -96,7 +96,7 @@ def add_look(parser: argparse.ArgumentParser) -> None:
     """Declare the options for the look of figures; `look_of` reads them."""
     parser.add_argument(
         "--label", action="append", default=[], metavar="RULE=TEXT", dest="labels",
-        help="the name of a rule in figures; may be repeated",
+        help="the name of a rule in figures and tables of a page; may be repeated",
     )  # fmt: skip
     parser.add_argument("--style", metavar="FILE", help="a style file of matplotlib, for figures")
 

@@ -85,7 +85,7 @@ def write_run(folder: str, data: Mapping[str, Any], run: Any) -> None:
     from ..report.canvas import files_of
     from ..report.publish import published
     from ..report.tables import csv_of
-    from ..user.drawing import KINDS, pairs_of_path, plot, subject_of
+    from ..user.drawing import KINDS, is_base_another, plot
 
     parts = [np.array(data[name]).reshape(len(run.t), -1) for name in ("x", "mu")]
     heads = [f"{name}{k + 1}" for name, part in zip(("x", "mu"), parts, strict=True)
@@ -95,9 +95,8 @@ def write_run(folder: str, data: Mapping[str, Any], run: Any) -> None:
     with published(absolute(folder), last="run.json") as new:
         for name, text in (("json", strict_json(data)), ("csv", csv_of(rows, ("t",)))):
             (new / f"run.{name}").write_text(text, encoding="utf-8")
-        path = pairs_of_path((subject_of(run) or (None,))[0], run.x.shape[-1])
         for kind in KINDS:
-            if kind == "base" and not path:  # it would be the picture of "time" again
+            if kind == "base" and is_base_another(run):
                 continue
             try:
                 figure = plot(run, kind)

@@ -16,6 +16,7 @@ from ..core.result import AnyResult, StudyResult
 from ..core.study import view_of
 from .canvas import Drawing, render
 from .palette import Mark, marks
+from .tables import labelled
 from .view import Sketch, Titles
 
 
@@ -42,9 +43,7 @@ class Look:
         self, cases: Sequence[AnyResult], known: dict[str, Mark]
     ) -> tuple[list[AnyResult], dict[str, Mark]]:
         """Return the cases with labels in place of rules' names, and the marks by label."""
-        labels = dict(self.labels)
-        shown = [replace(case, rule=labels.get(str(case.rule), case.rule), named=case.rule)
-                 for case in cases]  # fmt: skip
+        shown = labelled(cases, dict(self.labels))
         pairs = zip(shown, cases, strict=True)
         return shown, known | {new.method: known[old.method] for new, old in pairs}
 

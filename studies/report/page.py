@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS
@@ -16,7 +18,7 @@ from .glossary import met
 from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .svg import short_names
-from .tables import columns, file_name, filled, write_tables
+from .tables import columns, file_name, filled, labelled, write_tables
 from .wording import CONSTRAINED, why
 
 if TYPE_CHECKING:
@@ -79,7 +81,7 @@ def write_report(
         files = {study.study: write_tables(study, new / "tables", labels) for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
         words = (results, studies, drawn, definitions, scenes, command, files, formulae)
-        text = _page(*words, tables=tables, past=past, about=about)
+        text = _page(*words, tables=tables, past=past, about=about, labels=labels)
         (new / "index.html").write_bytes(encoded(text))
     return Path(folder) / "index.html"
 
@@ -100,7 +102,7 @@ def lone_page(
     definitions: dict[str, str] = {}
     drawn = plates(studies, titles, definitions, anew, look)
     words = (results, studies, drawn, definitions, scenes, command)
-    return _page(*words, tables=tables, about=about)
+    return _page(*words, tables=tables, about=about, labels=dict(look.labels) if look else {})
 
 
 def _page(
@@ -115,14 +117,18 @@ def _page(
     tables: Sequence[Mapping[str, Any]] = (),
     past: Past = unknown_past,
     about: About | None = None,
+    labels: Mapping[str, str] = MappingProxyType({}),
 ) -> str:
     beside, lines, about = files or {}, Sparklines(past), about or About()
+    cases = [case for study in studies for case in study.cases]
+    pairs = zip(cases, labelled(cases, labels), strict=True)
+    methods = {case.method: shown.method for case, shown in pairs}
     context = {
         "title": about.title,
         "methods": about.methods,
         "command": command,
         "headline": headline(studies),
-        "studies": [_view(s, drawn, beside.get(s.study, ()), lines) for s in studies],
+        "studies": [_view(s, drawn, beside.get(s.study, ()), lines, labels) for s in studies],
         "absent": [
             name
             for name, study in every_study().items()
@@ -132,7 +138,7 @@ def _page(
         "controlled": any(case.control for study in studies for case in study.cases),
         "past": lines,
         "definitions": "".join(definitions[key] for key in sorted(definitions)),
-        "tables": tables,
+        "tables": [_named(table, methods) for table in tables],
         "equations": equations,
         "scenes": [_SCENE | dict(scene) for scene in scenes],
         "record": machine(results),
@@ -167,23 +173,35 @@ def environment() -> Environment:
     )
 
 
-def _lines(study: str, cases: Sequence[AnyResult], past: Sparklines) -> dict[str, Any]:
+def _named(table: Mapping[str, Any], methods: Mapping[str, str]) -> dict[str, Any]:
+    """Return a table of the page with labels in place of methods, in its column of rules."""
+    at = table["heads"].index("Rule") if "Rule" in table["heads"] else -1
+    lines = [[methods.get(cell, cell) if k == at else cell for k, cell in enumerate(line)]
+             for line in table["lines"]]  # fmt: skip
+    return {**table, "lines": lines}
+
+
+def _lines(
+    study: str, past: Sparklines, labels: Mapping[str, str], cases: Sequence[AnyResult]
+) -> dict[str, Any]:
     """Return a table for the templates: headings, and a line per case."""
     shown = filled(columns(study), cases)
     lines = [
-        {"cells": [text(case) for _, text in shown[:-1]], "verdict": case.verdict,
+        {"cells": [text(named) for _, text in shown[:-1]], "verdict": case.verdict,
          "word": shown[-1][1](case), "past": past.of(case), "reason": why(case),
          "told": case.counts and case.is_trouble, "command": case.command, "when": when(case)}
-        for case in cases
+        for case, named in zip(cases, labelled(cases, labels), strict=True)
     ]  # fmt: skip
     return {"heads": [head for head, _ in shown], "lines": lines}
 
 
 def _view(
-    study: StudyResult, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
-) -> dict[str, Any]:
+    study: StudyResult, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines,
+    labels: Mapping[str, str],
+) -> dict[str, Any]:  # fmt: skip
     """Return the data of one study for the page."""
     name, known = study.study, known_study(study.study)
+    rows = partial(_lines, name, past, labels)
     sound = [case for case in study.cases if not case.control]
     ours = [case for case in sound if case.counts]
     parts = {kind: [case for case in ours if case.verdict == kind] for kind in VERDICTS}
@@ -201,11 +219,11 @@ def _view(
         "tables": study.tables or (),
         "verdict": study.verdict,
         "count": tally(study.cases),
-        "bad": _lines(name, parts["fail"] + parts["inconclusive"], past),
-        "good": _lines(name, parts["pass"], past),
-        "free": _lines(name, parts["measured"], past),
-        "others": _lines(name, [case for case in sound if not case.counts], past),
-        "controls": _lines(name, [case for case in study.cases if case.control], past),
+        "bad": rows(parts["fail"] + parts["inconclusive"]),
+        "good": rows(parts["pass"]),
+        "free": rows(parts["measured"]),
+        "others": rows([case for case in sound if not case.counts]),
+        "controls": rows([case for case in study.cases if case.control]),
         "plates": [plate for plate in drawn if plate.study == name],
         "files": files,
         "command": study.command or f"discmech {name}",

@@ -175,12 +175,19 @@ def tex(text: str) -> str:
     return _SEAM.sub("", text)
 
 
+def labelled(cases: Sequence[AnyResult], labels: Mapping[str, str]) -> list[AnyResult]:
+    """Return the cases with labels, {rule: text}, in place of rules' names, for all that a reader
+    sees but commands.
+    """
+    return [replace(case, rule=labels.get(str(case.rule), case.rule), named=case.rule)
+            for case in cases]  # fmt: skip
+
+
 def cases_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> str:
     """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble. labels: {rule: text}."""
-    shown, named = filled(columns(result.study), result.cases), labels or {}
-    texts = [[(head, text(case)) for head, text in shown] for case in result.cases]
-    lines = [" & ".join(tex(named.get(words, words) if head == "Rule" else words)
-                        for head, words in line) + r" \\" for line in texts]  # fmt: skip
+    shown = filled(columns(result.study), result.cases)
+    lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\"
+             for case in labelled(result.cases, labels or {})]  # fmt: skip
     heads = " & ".join(tex(head) for head, _ in shown) + r" \\"
     body = [rf"\begin{{tabular}}{{{'l' * len(shown)}}}", r"\toprule", heads, r"\midrule"]
     return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
@@ -193,9 +200,8 @@ def paper_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> s
     several columns a scene (`View.paper`). What did not pass has an asterisk. Controls are left
     out. labels: {rule: text}.
     """
-    shown, lines = labels or {}, []
-    parts = view_of(result.study).paper or [("", got)]
-    cases = [case for case in result.cases if not case.control]
+    lines, parts = [], view_of(result.study).paper or [("", got)]
+    cases = labelled([case for case in result.cases if not case.control], labels or {})
     for digits in sorted({case.digits for case in cases}):
         same = [case for case in cases if case.digits == digits]
         scenes = list(dict.fromkeys(map(_raced, same)))
@@ -206,7 +212,7 @@ def paper_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> s
         nothing = [tex(NONE)] * len(parts)
         for rule in dict.fromkeys(rule for rule, _ in cells):
             line = [cell for scene in scenes for cell in cells.get((rule, scene), nothing)]
-            body.append(" & ".join([tex(shown.get(rule, rule)), *line]) + r" \\")
+            body.append(" & ".join([tex(rule), *line]) + r" \\")
         lines += [f"% {result.study}, {digits} digits", *body]
         lines += [r"\bottomrule", r"\end{tabular}", ""]
     return "\n".join(lines)

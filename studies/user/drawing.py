@@ -171,9 +171,14 @@ class _Run:
         import numpy as np
 
         values = self.column(name, site, k)
+        return bool((np.abs(values - values[0]) > ROUNDED * self.size(name)).any())
+
+    def size(self, name: str) -> float:
+        """Return the largest absolute value of all entries of that letter."""
+        import numpy as np
+
         kin = {"t": self.t, "control": self.controls}.get(name, getattr(self, name, None))
-        size = np.nanmax(np.abs(np.asarray(kin, dtype=float)), initial=0)
-        return bool((np.abs(values - values[0]) > ROUNDED * size).any())
+        return float(np.nanmax(np.abs(np.asarray(kin, dtype=float)), initial=0))
 
     def wraps(self, name: str, k: int) -> bool:
         """True if an entry is an angle to be wrapped."""
@@ -212,13 +217,20 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
         x, y = (np.insert(values, cuts, np.nan) for values in columns)
         colour: Any = tones(place) if tones else run.mark.colour if several else None
         rests = not (run.moves(*across) or run.moves(*up))
-        drawn += axes.plot(x, y, lw=0.7, color=colour, marker="o" if rests else "")
+        # between impacts momenta may stay: a dot as wide as the line is seen where it has no length
+        mark = "o" if rests else "." if np.isnan(columns[0] + columns[1]).any() else ""
+        drawn += axes.plot(x, y, lw=0.7, color=colour, marker=mark, ms=6 if rests else 1.5)
         finite = np.flatnonzero(np.isfinite(columns[0] + columns[1]))
         if len(finite):
             ends[run.label] = (columns[0][finite[-1]], columns[1][finite[-1]])
     for axis, (letter, _, k) in ((axes.xaxis, across), (axes.yaxis, ups[0])):
         if runs[0].wraps(letter, k):
             axis.set_ticks([-np.pi, 0, np.pi], labels=["−π", "0", "π"])
+    for which, entry in (("x", across), ("y", ups[0])):  # what stays has no scale but its like's
+        size = max(run.size(entry[0]) for run in runs)
+        if len(ups) == 1 and size and not any(run.moves(*entry) for run in runs):
+            middle = runs[0].column(*entry)[0]
+            getattr(axes, f"set_{which}lim")(middle - size, middle + size)
     if several:
         axes.figure.canvas.draw_idle()
         axes.apply_aspect()
@@ -344,6 +356,13 @@ def _base(runs: Sequence[_Run]) -> list[Panel]:
         return _time(runs)
     return [_against(runs, ("x", 0, i), [("x", 0, j)], runs[0].name("x", 0, j), path=True)
             for i, j in pairs]  # fmt: skip
+
+
+def is_base_another(run: Any) -> bool:
+    """True if the figure "base" of a run is that of "time", or with a one-form that of "phase"."""
+    subject, _ = subject_of(run) or (None, None)
+    n = run.x.shape[-1]
+    return not pairs_of_path(subject, n) or (n == 2 and getattr(subject, "one_form", 0) is not None)
 
 
 def pairs_of_path(subject: Any, n: int) -> list[tuple[int, int]]:

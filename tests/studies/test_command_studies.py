@@ -1,5 +1,6 @@
 """The command of a study: table, JSON, page, exit code, and the command that its result names."""
 
+import re
 import shlex
 
 import pytest
@@ -58,10 +59,16 @@ def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
         code, out, err = ask(*words, "--json", "-")
         found = strict(out)  # nothing else on standard output
         assert (code, err) == (0, "")
-        code, out, err = ask(*words, "--json", str(file))
+        named = ["--folder", str(tmp_path / "page"), "--label", f"{rule}=My method"]
+        code, out, err = ask(*words, "--json", str(file), *named)
+    (case,) = found["cases"]
+    shown = "My method" if case["rule"] == rule else case["rule"]  # charts has a rule of its own
+    for path in [*tmp_path.glob("page/tables/*.tex"), *tmp_path.glob("page/*.html")]:
+        text = path.read_text("utf-8")  # the label is in each table, the rule's name in none
+        assert f"\n{shown} &" in text or f"& {shown} &" in text or f">{shown}</td>" in text, path
+        assert not re.search(rf"(\n|& ){rule} &|>{rule}</td>", text), path
     assert (found["study"], found["verdict"], found["schema"]) == (study, "pass", SCHEMA)
     assert found["command"] == " ".join(["discmech", *words])
-    (case,) = found["cases"]
     parts = {"scene", "rule", "retraction", "digits", "verdict", "expected", "measured", "rows"}
     assert parts <= set(case) and case["rows"] and case["expected"]
     assert set(case["measured"]) >= MEASURED[study]

@@ -11,7 +11,7 @@ from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
 from discmech.studies.symplecticity.plot import _limits
-from discmech.studies.user.drawing import MOST_PANELS
+from discmech.studies.user.drawing import MOST_PANELS, is_base_another
 from discmech.studies.user.filming import _columns
 
 
@@ -166,6 +166,7 @@ def test_a_run_with_a_one_form_is_drawn_in_its_phase_space():
     run = Scheme(scene, rules.get("degenerate-gauss-1")).flow(scene.step).trajectory(50)
     (axes,) = plot(run).axes
     assert axes.get_xlabel() == "x₁" and "x₂" in words(axes.figure) and not empty(axes)
+    assert is_base_another(run) and not is_base_another(run_of("kepler"))
 
 
 @pytest.mark.dear("6]")
@@ -209,6 +210,8 @@ def test_a_steered_motion_is_drawn_and_filmed(steered):
         plot(steered, "energy")
     top = problems.get("upright-top").solve(8)  # its third torque is round-off
     assert len(plot(top).axes) == 2 and len(plot(top, "time").axes) == 3
+    still = plot(top, "phase").axes[2]  # μ₃, which is round-off: it is no curve
+    assert np.ptp(still.lines[0].get_ydata()) < 1e-9 < 0.1 < np.ptp(still.get_ylim())
     with pytest.raises(BadInput, match='kind "control" is of a motion'):
         plot(run_of("pendulum"), "control")
     drawn(film(steered, lambda x: [[x[0], 0]]), 7)
@@ -258,6 +261,7 @@ def test_a_contact_run_is_drawn_through_its_impacts():
         across, up = axes.lines[0].get_data()
         heights = up if kind == "base" else across
         assert len(up) == 205 and heights.min() < 1e-15 and np.isnan(up).sum() == breaks
+        assert axes.lines[0].get_marker() == "." * bool(breaks)  # a piece may have no length
 
 
 def test_the_energy_lost_in_impacts_is_drawn_over_that_of_the_start():
