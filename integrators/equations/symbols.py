@@ -16,12 +16,12 @@ from ..errors import RAISED, BadInput, CannotMeasure, at_line, line_of, remedy, 
 from ..groupoids import Clocked
 from ..numbers import (
     Arithmetic,
-    exact,
     floats_exact,
     refuse_large,
     short_numbers,
     sympy,
     to_sympy,
+    without_text,
 )
 from ..numbers.types import (
     Column,
@@ -67,17 +67,6 @@ def times(one: SymbolicMatrix, other: SymbolicMatrix) -> SymbolicMatrix:
         sympy.Add(*[a * e for a, e in zip(row, column, strict=True) if a != 0 and e != 0])
         for row in one.tolist() for column in columns
     ])  # fmt: skip
-
-
-def _of_text(value: str, place: str) -> Expression:
-    """Return the exact number of a text such as "1/10"; raises `BadInput` for any other text."""
-    try:
-        return to_sympy(exact(value, place))
-    except BadInput:
-        raise BadInput(
-            f'{place} is the text {shown(value)}: a number may be text, such as "1/10", and a '
-            "formula is written without quotes."
-        ) from None
 
 
 class SceneSymbols:
@@ -266,7 +255,7 @@ class SceneSymbols:
         Raises `BadInput` for anything else, naming the function that gave it.
         """
         place = self._at(function, what)
-        value = _of_text(value, place) if isinstance(value, str) else value
+        value = without_text(value, place) if isinstance(value, str) else value
         if getattr(value, "shape", ()) != ():
             if tuple(value.shape) != (1, 1):
                 raise BadInput(f"{place} is a matrix {value.shape}, not a number.")

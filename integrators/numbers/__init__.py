@@ -32,6 +32,7 @@ from .exact import (
     to_sympy,
     whole_number,
     within_doubles,
+    without_text,
 )
 from .graph import Graph, parts_of, replaced, symbols_of
 from .held import Frame, Scope, jacobian
@@ -82,5 +83,5 @@ __all__ = [
     "run_text", "short_numbers", "shown", "small_fraction", "solve",
     "steepness", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later",
     "uncollected", "vanishes", "vanishes_as", "whole_number", "with_arguments",
-    "with_running_errors", "with_tables", "within_doubles", "working_digits",
+    "with_running_errors", "with_tables", "within_doubles", "without_text", "working_digits",
 ]  # fmt: skip

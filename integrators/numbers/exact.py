@@ -274,6 +274,27 @@ def to_sympy(value: Exact) -> Expression:
     return sympy.Rational(value) if isinstance(value, Fraction) else value
 
 
+def without_text(answer: Any, what: str) -> Any:
+    """Return what a function gave, in the same lists, each text in it as the number that it is.
+
+    Raises `BadInput`, with `what` for its name, for text that is no number: sympy would run it, and
+    round "0.3" to the fifteen digits of its floats.
+    """
+    if isinstance(answer, str):
+        try:
+            return to_sympy(exact(answer, what))
+        except BadInput:
+            raise BadInput(
+                f'{what} is the text {shown(answer)}: a number may be text, such as "1/10", and a '
+                "formula is written without quotes."
+            ) from None
+    if hasattr(answer, "dtype") and any(isinstance(e, str) for e in answer.flat):
+        answer = answer.tolist()
+    if isinstance(answer, list | tuple):
+        return type(answer)(without_text(e, what) for e in answer)
+    return answer
+
+
 def floats_exact(expression: Expression) -> Expression:
     """Return a sympy expression with each float replaced by its exact binary value.
 

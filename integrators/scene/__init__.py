@@ -1,7 +1,7 @@
 """A mechanical system as data, with its declared quantities."""
 
 from ..errors import BadInput
-from ..numbers import refuse_unwritten, short_numbers
+from ..numbers import refuse_unwritten, short_numbers, without_text
 from ..numbers.types import Column, Covector, Parameters, Point, Scalar, SymbolicMatrix, Velocity
 from .constraints import Constraint, ConstraintKind, ConstraintParts, entries_of, velocity_rows
 from .legendre import halves
@@ -18,4 +18,5 @@ __all__ = [
     "Covector", "OnGroup", "Opaque", "Parameters", "Point", "Scalar", "Scene", "SymbolicMatrix",
     "System", "Velocity", "again", "arguments_of", "entries_of", "flow_of", "halves", "on_group",
     "reads", "refuse_unwritten", "remembered", "short_numbers", "takes_fourth", "velocity_rows",
+    "without_text",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ from types import CodeType, SimpleNamespace
 from typing import Any, TypeAlias
 
 from ..errors import CannotMeasure
-from ..numbers import LazyModule, jacobian, to_sympy
+from ..numbers import LazyModule, jacobian, to_sympy, without_text
 from ..numbers.types import (
     Exact,
     Expression,
@@ -47,7 +47,7 @@ class OfHamiltonian:
 
     def energy(self, *arguments: Any) -> Expression:
         """Return the value of the Hamiltonian, or the entry of a 1×1 matrix."""
-        value = sympy.sympify(self.hamiltonian(*arguments))
+        value = sympy.sympify(without_text(self.hamiltonian(*arguments), "its Hamiltonian"))
         return value[0, 0] if getattr(value, "shape", None) == (1, 1) else value
 
 
@@ -143,7 +143,8 @@ class AffineLagrangian(OfHamiltonian):
     hamiltonian: Function
 
     def __call__(self, x: Point, v: Velocity, p: Parameters) -> Expression:
-        moving = zip(self.one_form(x, p), v, strict=True)
+        theta = without_text(self.one_form(x, p), "its one-form")
+        moving = zip(theta, v, strict=True)
         return sum(a * b for a, b in moving) - self.energy(x, p)
 
     def halved(self, scene: Scene) -> bool:
@@ -162,6 +163,6 @@ class AffineLagrangian(OfHamiltonian):
 
 def halves(theta: Iterable[Scalar]) -> tuple[list[int], list[int]]:
     """Return the places of the components of a one-form that do not vanish, and of the others."""
-    components = [sympy.sympify(e) for e in theta]
+    components = [sympy.sympify(e) for e in without_text([*theta], "its one-form")]
     vanishing = [i for i, e in enumerate(components) if e == 0 or e.equals(0)]
     return [i for i in range(len(components)) if i not in vanishing], vanishing

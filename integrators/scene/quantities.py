@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, Literal, get_args
 
 from ..errors import BadInput, check_function, names_checked, shown, signature_of
-from ..numbers import sympy
+from ..numbers import sympy, without_text
 from ..numbers.types import Column, Covector, Function, Given, Parameters, Point, Scalar
 
 Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"]
@@ -51,9 +51,8 @@ class Conserved:
     def at(self, x: Point, mu: Covector, p: Parameters, h: Scalar) -> Scalar | Column:
         """Return the quantity of sympy columns x, mu, parameters p and step h; lists as columns."""
         value = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
-        if not isinstance(value, list | tuple) or any(isinstance(e, str) for e in value):
-            return value  # text is refused later, because sympy would read it as code
-        return sympy.Matrix(value)
+        value = without_text(value, f"the conserved quantity {self.name}")
+        return sympy.Matrix(value) if isinstance(value, list | tuple) else value
 
     @property
     def to_roundoff(self) -> bool:

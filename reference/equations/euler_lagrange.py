@@ -35,7 +35,13 @@ from typing import Any
 import mpmath
 import sympy
 
-from discmech.integrators.scene import BadInput, arguments_of, refuse_unwritten, short_numbers
+from discmech.integrators.scene import (
+    BadInput,
+    arguments_of,
+    refuse_unwritten,
+    short_numbers,
+    without_text,
+)
 
 from ..failures import ReferenceFailure
 from .algebroid import Algebroid, algebroid_of
@@ -193,7 +199,8 @@ def _constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> tuple[sym
         try:
             with short_numbers(f"the constraint of scene {scene.name}"):
                 time = [T] if each.timed else []
-                parts = each.kind.parts(each.function(x, parameter_values(scene), *time), m)
+                answer = each.function(x, parameter_values(scene), *time)
+                parts = each.kind.parts(without_text(answer, f"the constraint of {scene.name}"), m)
         except BadInput:
             raise
         except Exception as error:
@@ -235,7 +242,8 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
     timed = arguments_of(function) == 4
 
     def entries(parameters: Any) -> list[sympy.Expr]:
-        value = function(*states, parameters, *([T] if timed else []))
+        answer = function(*states, parameters, *([T] if timed else []))
+        value = without_text(answer, f"the {what} of scene {scene.name}")
         many = hasattr(value, "shape") or isinstance(value, (list, tuple))
         listed = [sympy.sympify(e) for e in (list(value) if many else [value])]
         return [e[0] if getattr(e, "shape", None) == (1, 1) else e for e in listed]

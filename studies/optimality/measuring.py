@@ -17,7 +17,7 @@ from discmech.integrators import Scene, Scheme
 from discmech.integrators import rules as discretisations
 from discmech.integrators.extensions.control import Control, Optimum
 from discmech.integrators.extensions.control import scenes as built_in
-from discmech.integrators.numbers import sympy, to_sympy
+from discmech.integrators.numbers import sympy, to_sympy, without_text
 from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
@@ -133,7 +133,8 @@ def _pushed(problem: Control, best: Optimum) -> Scene:
         if scene.force is not None:
             timed = arguments_of(scene.force) == 4
             parts.append(list(scene.force(x, v, p, *((t,) if timed else ()))))
-        return [sum(entries) for entries in zip(*parts, strict=True)]
+        exact = without_text(parts, f"a force on {scene.name}")
+        return [sum(entries) for entries in zip(*exact, strict=True)]
 
     return scene.with_values(name=f"{scene.name}-pushed", force=acting, duration=T, symmetries=())
 

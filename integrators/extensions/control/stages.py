@@ -39,6 +39,7 @@ from ...numbers import (
     symbols_of,
     sympy,
     within_doubles,
+    without_text,
 )
 from ...numbers.types import Expression, Expressions, Function, Letter, Matrix, Number, Vector
 from ...rules import Discretisation
@@ -300,7 +301,8 @@ def _controlled(scene: Scene, inputs: Function | None, controls: int, places: li
         parts = [control(x, v, p, t)]
         if force is not None:
             parts.append(force(x, v, p, *_time(force, 4, p, t)))
-        return [sum(entries) for entries in zip(*parts, strict=True)]
+        exact = without_text(parts, f"a force on {scene.name}")
+        return [sum(entries) for entries in zip(*exact, strict=True)]
 
     values = {VALUES: [[0] * controls] * len(places), PLACES: places, BEGIN: 0, WIDTH: 1}
     return replace(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...groupoids import product
-from ...numbers import sympy
+from ...numbers import sympy, without_text
 from ...numbers.types import Column, Expression, Expressions, Function, Number, Parameters
 from ...scene import Scene
 from .lattice import Lattice
@@ -114,7 +114,8 @@ class _Terms:
         self, word: str, p: Parameters, kind: str, at: int, *columns: Column, t: Expressions = ()
     ) -> Any:
         time = t if self.lattice.takes_time(word) else ()
-        return getattr(self.lattice, word)(*columns, self._values(p, kind, at), *time)
+        answer = getattr(self.lattice, word)(*columns, self._values(p, kind, at), *time)
+        return without_text(answer, f"{self.lattice.name}: {word}=")
 
     def _values(self, p: Parameters, kind: str, at: int) -> Parameters:
         """Return the parameters of a site, or of a bond, which sees those of both its ends."""

@@ -15,7 +15,16 @@ from typing import Any
 from ...compiler import Step
 from ...equations import SceneSymbols, energy, momentum, poisson_tensor, vector_field
 from ...errors import BadInput, check_function
-from ...numbers import Node, first_violation, jacobian, measure, ratio, sympy, to_sympy
+from ...numbers import (
+    Node,
+    first_violation,
+    jacobian,
+    measure,
+    ratio,
+    sympy,
+    to_sympy,
+    without_text,
+)
 from ...numbers.types import Column, Expression, Function, Given, Letter, Namespace, Parameters
 from ...scene import Conserved, Scene
 
@@ -42,9 +51,13 @@ class InOwnTime:
     def __call__(self, x: Column, second: Column, p: Parameters) -> Expression:
         E = getattr(p, ENERGY)
         if self.by_hamiltonian:
-            return self.sigma(x, second, p) * (self.function(x, second, p) - E)
-        sigma = self.sigma(x, 0 * second, p)
-        return sigma * (self.function(x, second / sigma, p) + E)
+            return self._of(self.sigma, x, second, p) * (self._of(self.function, x, second, p) - E)
+        sigma = self._of(self.sigma, x, 0 * second, p)
+        return sigma * (self._of(self.function, x, second / sigma, p) + E)
+
+    @staticmethod
+    def _of(function: Function, *arguments: Any) -> Expression:
+        return without_text(function(*arguments), "its sigma or its energy")
 
 
 def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = None) -> Scene:
