@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..numbers.types import Function
-from .action import ActionGroupoid, RowAction, action
+from .action import ActionGroupoid, Attitude, RowAction, action
 from .axioms import check_axioms
 from .chart_margin import margin_of
 from .clocked import Clocked, clock
@@ -16,8 +16,8 @@ from .product import ProductGroupoid
 from .translates import GroupChart
 
 __all__ = [
-    "ActionGroupoid", "Clocked", "ConnectionGroupoid", "GroupChart", "Groupoid", "LieGroup",
-    "LocalGroupoid", "Motion", "PairGroupoid", "ProductGroupoid", "RetractionGroupoid",
+    "ActionGroupoid", "Attitude", "Clocked", "ConnectionGroupoid", "GroupChart", "Groupoid",
+    "LieGroup", "LocalGroupoid", "Motion", "PairGroupoid", "ProductGroupoid", "RetractionGroupoid",
     "RowAction", "action", "check_axioms", "clock",
     "lie_group", "margin_of", "pair", "product",
 ]  # fmt: skip

@@ -98,6 +98,15 @@ class RowAction(ActionGroupoid):
         return h * sympy.Matrix.hstack(*(self.moved(x, e) for e in self.algebra.matrices))
 
 
+class Attitude(RowAction):
+    """The group acting on itself, N rows, for a scene on the group that goes with its attitude.
+
+    Nothing depends on x there, so that rules for groups exist on it as those for actions do.
+    """
+
+    kinds = ("action", "group")
+
+
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 

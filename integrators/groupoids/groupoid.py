@@ -51,6 +51,8 @@ class Groupoid(ABC):
     canonical: bool = False
     #: True if target and product, functions of a user, are all that is known of it.
     by_maps: bool = False
+    #: The kinds as which rules meet it (`rules.discretisation.GROUPOIDS`), if not `kind` alone.
+    kinds: tuple[str, ...] = ()
     #: The factors of a product.
     parts: tuple[Groupoid, ...] = ()
     #: True if a scheme checks the axioms; tests check the closed forms of this package instead.

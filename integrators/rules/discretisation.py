@@ -35,6 +35,7 @@ GroupoidForRule: TypeAlias = Any
 GROUPOIDS = {
     "pair": ("pair", "pair groupoids"),
     "lie_group": ("group", "Lie groups"),
+    "group": ("group", "Lie groups"),
     "action": ("action", "action groupoids"),
     "product": ("product", "products of groupoids"),
     "LocalGroupoid": ("local", "local groupoids"),
@@ -147,7 +148,8 @@ class Discretisation:
                 f"{scene.name}: {no_value}, so {self.name} has nothing to discretise: take a "
                 "one-step map such as implicit-midpoint or dual-gauss-2, or a black box."
             )
-        if not self.groupoids or scene.groupoid.kind in {GROUPOIDS[e][0] for e in self.groupoids}:
+        kinds = scene.groupoid.kinds or (scene.groupoid.kind,)
+        if not self.groupoids or any(GROUPOIDS[e][0] in kinds for e in self.groupoids):
             return ""
         where = " and ".join(GROUPOIDS[e][1] for e in self.groupoids)
         return (

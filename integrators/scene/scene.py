@@ -17,7 +17,7 @@ from ..errors import (
     nearest,
     shown,
 )
-from ..groupoids import Groupoid, LieGroup, RowAction
+from ..groupoids import Attitude, Groupoid, LieGroup, RowAction
 from ..hooks import scheme
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten
 from ..numbers.types import Exact, Function, Given
@@ -321,7 +321,7 @@ class Scene(System):
             )
         size = group.algebra.real.size
         identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
-        return replace(self, groupoid=RowAction(group.algebra, group.tau, rows=size), x0=identity)
+        return replace(self, groupoid=Attitude(group.algebra, group.tau, rows=size), x0=identity)
 
     def __reduce__(self) -> Again:
         """Return the pickled form; a scene's functions are pickled by their place in a module."""

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import BadInput, Scheme, StepFailure, discretisation, one_step, scenes
+from discmech import (
+    BadInput,
+    Scheme,
+    StepFailure,
+    action,
+    discretisation,
+    exponential,
+    one_step,
+    scenes,
+    so,
+)
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import compose, dual_gauss, get, newmark
 
@@ -41,6 +51,22 @@ def test_a_rule_that_exists_on_some_groupoids_only():
     assert composed.applies(scenes.get("kepler")) and composed.refusal(scenes.get("sl2"))
 
 
+@pytest.mark.parametrize("where", ["lie_group", "group", "action"])
+def test_a_body_with_its_attitude_is_still_on_its_group(where):
+    """A study takes `with_attitude()` of a scene; an action that depends on x is no group."""
+    body = scenes.get("rigid-body")
+
+    @discretisation(order=2, groupoids=where)
+    def plain(L, G, x, u, h):
+        return h * L(x, u)
+
+    for whole in (body.with_attitude(), body.with_attitude().with_retraction(exponential)):
+        assert plain.applies(whole) and not get("stoermer-verlet").applies(whole)
+    assert plain.applies(body) == (where != "action")
+    hung = body.with_attitude().with_values(groupoid=action(so(3), rows=3))
+    assert plain.applies(hung) == (where == "action")
+
+
 @pytest.mark.parametrize(("make", "said"), [
     (lambda: one_step(order=0), "order"),
     (lambda: one_step(lambda s, z, h: z), "brackets"),
@@ -49,7 +75,7 @@ def test_a_rule_that_exists_on_some_groupoids_only():
     (lambda: one_step()(lambda s, z: z), r"takes 2 arguments.*\(s, z, h\)"),
     (lambda: one_step()(None), "a one-step map is a function"),
     (lambda: one_step(groupoids="pairs"), "no groupoid .pairs.: did you mean pair?"),
-    (lambda: discretisation(groupoids=["group"]), "no groupoid .group."),
+    (lambda: discretisation(groupoids=["groups"]), "no groupoid .groups."),
     (lambda: one_step(implicit=True)(lambda s, z, h: z), r"\(s, z, Z, h\)"),
     (lambda: one_step(name="a b")(lambda s, z, h: z), "name"),
     (lambda: dual_gauss(0), "from 1 to 20"),
