@@ -71,6 +71,7 @@ class Details:
     kind: str | None = None
     periods: int | None = None
     duration: float | None = None
+    whole: float | None = None
     floor: Any = None
     crossovers: Sequence[Crossing] = ()
     standing: Standing | None = None

@@ -19,7 +19,7 @@ from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, pla
 from ..core.result import StudyResult
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
-from .records import Found, Row, curves
+from .records import Found, Row, sentences
 from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers
 
 NAME = "order"
@@ -80,7 +80,7 @@ def notes(choice: Choice) -> list[str]:
 
 def complete(result: StudyResult) -> StudyResult:
     """Return the result with notes on a number that takes several values (`--vary`)."""
-    told = [curve.sentence for curve in curves(case for case in result.cases if not case.control)]
+    told = sentences(case for case in result.cases if not case.control)
     return replace(result, notes=[*result.notes, *told])
 
 
@@ -212,11 +212,12 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
     local = single_steps.measured(case, measured.order)
     measured = replace(measured, **exact.about)
-    whole = Found(rows, measured, certain, exact.agreed, local, float(duration))
-    if whole.trusted == certain:
-        return whole
-    rows, again = fit(case, rows, whole.trusted)
-    return replace(whole, rows=rows, measured=replace(again, **exact.about))
+    later = float(case.scene.duration) if duration < case.scene.duration else None
+    found = Found(rows, measured, certain, exact.agreed, local, float(duration), whole=later)
+    if found.trusted == certain:
+        return found
+    rows, again = fit(case, rows, found.trusted)
+    return replace(found, rows=rows, measured=replace(again, **exact.about))
 
 
 def _early(case: Case, rows: Sequence[Row], certain: float) -> bool:

@@ -69,8 +69,8 @@ class Found:
     """The runs, the digits of the reference that are certain, and single steps.
 
     agreed: the digits in which two references of a scene in numbers agree. duration: the final
-    time of the runs. grown: how many times larger the motion makes a change of its start up to the
-    last row of recorded runs.
+    time of the runs; whole: that of the scene, if it is later. grown: how many times larger the
+    motion makes a change of its start up to the last row of recorded runs.
     """
 
     rows: Sequence[Row] = ()
@@ -80,6 +80,7 @@ class Found:
     local: SingleSteps | None = None
     duration: float = 0.0
     grown: float | None = field(default=None, metadata=OPTIONAL)
+    whole: float | None = field(default=None, metadata=OPTIONAL)
 
     @property
     def trusted(self) -> float:
@@ -158,6 +159,11 @@ class Curve:
         return len(shown) == 1
 
     @property
+    def end(self) -> float:
+        """The final time of the shortest of the runs."""
+        return float(min(case.details.duration or 0.0 for _, case in self.cases))
+
+    @property
     def sentence(self) -> str:
         """What the curve says, in a sentence."""
         value, case = self.best
@@ -181,10 +187,16 @@ class Curve:
         beyond = "It is an end of the range: beyond it may be a better one." if ends else ""
         if len(self.cases) == 2:
             beyond = "Two values are no range: others may be better."
-        return (
-            f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {written}"
-            f", {said}; its error constant is {_shown(case)}{to_time(case)}. {beyond}".rstrip()
+        if same > 1 and self.digits > 16 and case.details.whole:  # the constant decides
+            beyond += (
+                f" This is so{to_time(case)}; another may be the best later in the run, which ends "
+                f"at t = {case.details.whole:.4g}: ask with --digits 16."
+            )
+        best = (
+            f"of {len(self.cases)} values of {self.name} the best, {self.name} = {written}, {said}"
         )
+        size = f"its error constant is {_shown(case)}{to_time(case)}"
+        return f"{where} {best}; {size}. {beyond.strip()}".rstrip()
 
 
 def _shown(case: Any) -> str:
@@ -196,6 +208,16 @@ def to_time(case: Any) -> str:
     """Return the final time of the runs, of which an error is, for a text."""
     end = case.details.duration
     return "" if end is None else f" at t = {end:.4g}"
+
+
+def sentences(cases: Iterable[Any]) -> list[str]:
+    """Return what the curves say; of one at several precisions, the one of the longest runs."""
+    longest: dict[tuple[str, str, str], Curve] = {}
+    for curve in curves(cases):
+        key = curve.of, curve.name, curve.place
+        if key not in longest or curve.end > longest[key].end:
+            longest[key] = curve
+    return [curve.sentence for curve in longest.values()]
 
 
 def curves(cases: Iterable[Any]) -> list[Curve]:

@@ -13,7 +13,7 @@ from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.core.options import values_of
 from discmech.studies.order.plot_varied import sketches
-from discmech.studies.order.records import constant, curves
+from discmech.studies.order.records import constant, curves, sentences
 from tests.studies.proof.test_proof import eighths
 
 MINE = """from discmech import Scene, discretisation, pair
@@ -92,12 +92,12 @@ def test_a_rule_with_a_value_is_the_rule_written_with_it(mine):
     assert "leaves w open" in euler.refusal(scene) and not of_scene(euler).refusal(scene)
 
 
-def case(w, order, size):
+def case(w, order, size, digits=50, end=2.5):
     rows = [SimpleNamespace(used=True, step=h, error=size * h**order) for h in (0.2, 0.1)]
     measured = SimpleNamespace(order=order + 1e-4)
-    return SimpleNamespace(rule=f"mine:w={w}", named=None, scene="pendulum", digits=50,
-                           measured=measured, rows=rows, passed=True,
-                           details=SimpleNamespace(duration=2.5))  # fmt: skip
+    details = SimpleNamespace(duration=end, whole=10 if end < 10 else None)
+    return SimpleNamespace(rule=f"mine:w={w}", named=None, scene="pendulum", digits=digits,
+                           measured=measured, rows=rows, passed=True, details=details)  # fmt: skip
 
 
 def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
@@ -136,6 +136,20 @@ def test_a_best_value_at_the_end_and_none_at_all_are_said(sizes, word):
     (curve,) = curves(case(str(w), 2, size) for w, size in enumerate(sizes))
     assert word in curve.sentence
     assert ("an end" in curve.sentence) == ("an end" in word)
+
+
+def test_one_best_value_is_named_that_of_the_longest_runs():
+    """A constant is that of one time: at a fortieth of the run another value may be the best."""
+    short = [case(str(w), 2, size) for w, size in enumerate((0.2, 0.1, 0.3))]
+    long = [case(str(w), 2, size, 16, 10) for w, size in enumerate((0.3, 0.2, 0.1))]
+    (said,) = sentences(short)
+    assert "w = 1, has the order 2" in said
+    assert "This is so at t = 2.5; another may be the best later" in said
+    assert "ends at t = 10: ask with --digits 16." in said
+    (said,) = sentences([*short, *long])
+    assert "16 digits" in said and "w = 2, has the order 2" in said and "later" not in said
+    (said,) = sentences([*short, case("4", 4, 0.1)])  # a higher order is one at any time
+    assert "w = 4" in said and "later" not in said
 
 
 def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys):
