@@ -101,10 +101,12 @@ def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
         not said.figures or failure[1].figures != said.figures
     ):
         small, said = failure
-    whatever = [
-        name for name, scene in _with_parameters_of_one(small.scene)
-        if time.process_time() < ends and fails(replace(small, scene=scene))
-    ]  # fmt: skip
+    whatever, plain = list[str](), small
+    for name, value in small.scene.parameters.items():  # each beside those that are 1 already
+        if isinstance(value, int | Fraction) and value not in (0, 1):
+            tried = replace(plain, scene=plain.scene.with_values(parameters={name: 1}))
+            if time.process_time() < ends and fails(tried):
+                whatever, plain = [*whatever, name], tried
     if small is case and not whatever:
         return None
     return Smallest(small.scene.name, small.steps, said.command, said.reason, whatever)
@@ -157,9 +159,3 @@ def _with_fewer_steps(case: Case, result: AnyResult) -> Iterator[Case]:
     while steps < (case.steps or MOST_STEPS):
         yield replace(case, steps=steps)
         steps *= 2
-
-
-def _with_parameters_of_one(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    for name, value in scene.parameters.items():
-        if isinstance(value, int | Fraction) and value not in (0, 1):
-            yield name, scene.with_values(parameters={name: 1})

@@ -67,12 +67,11 @@ def _wanted(case: Case) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    asked = case.expected.demanded
-    if asked and not {"pullback", "poisson", "change", "volume"} & {
-        *asked
-    }:  # a residual is no form
+    asked, of_form = case.expected.demanded, {"pullback", "poisson", "run", "change", "volume"}
+    if asked and not of_form & {*asked}:  # a residual is no form
         return {}
-    return {"defect": max(_demanded(case).values(), default=None)}
+    sizes = [size for name, size in _demanded(case).items() if name in of_form]
+    return {"defect": max(sizes, default=None)}
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

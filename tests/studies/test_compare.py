@@ -137,4 +137,5 @@ def test_a_residual_is_no_defect_of_a_form_that_is_not_demanded():
                "expected": {"limit": 1e-13, "demanded": ["residual"]}}  # fmt: skip
     assert VIEW.compared(result_of("symplecticity", entries)) == {}
     entries["expected"] = {"limit": 1e-13}
+    entries["measured"]["residual"] = 2.0  # which is not the form's own
     assert VIEW.compared(result_of("symplecticity", entries))["defect"] == 1

@@ -79,6 +79,14 @@ def test_fewest_steps_simplest_scene_and_parameters_that_do_not_matter(monkeypat
     assert set(small.whatever) <= numbers and small.reason == "it drifts."
 
 
+def test_parameters_of_one_are_tried_together_before_they_are_named_together(monkeypatch):
+    """It fails with each of them alone set to 1, and passes with both."""
+    scene = scenes.get("harmonic").with_values(parameters={"mass": 2, "stiffness": 3})
+    study = judged(monkeypatch, lambda case: case.rule is other and case.scene.name == "harmonic"
+                   and {*case.scene.parameters.values()} != {1})  # fmt: skip
+    assert made_small(study, Case("momentum", scene, other, 16)).whatever == ["mass"]
+
+
 @pytest.mark.parametrize(("same", "why", "rows"), [
     (1.0, "", []),  # what was measured does not ask for the steps
     (None, STEPS_ARE_OFF, []),
