@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from .output import EXIT
+
 if TYPE_CHECKING:
     from ..core.baseline import Comparison
+    from ..core.case import Choice
     from ..core.result import StudyResult
+    from ..core.study import Study
 
 
 def add_baselines(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +22,8 @@ def add_baselines(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--save-baseline", metavar="NAME", help="save the result under this name")
     parser.add_argument(
         "--baseline", metavar="NAME",
-        help="compare with the result of that name; exit code 1 if something is worse",
+        help="compare with the result of that name; exit code 1 if something is worse, 3 if "
+        "something cannot be compared",
     )  # fmt: skip
 
 
@@ -39,9 +45,13 @@ def earlier(options: argparse.Namespace) -> StudyResult | None:
 
 
 def beside_baseline(
-    options: argparse.Namespace, result: StudyResult, before: StudyResult | None
+    options: argparse.Namespace,
+    result: StudyResult,
+    before: StudyResult | None,
+    studies: Iterable[Study],
+    choice: Choice,
 ) -> tuple[StudyResult, list[str]]:
-    """Compare, then save; a missing baseline is saved.
+    """Compare, then save, with what the studies were asked of; a missing baseline is saved.
 
     Nothing is saved if something that the files define was left out: a baseline cannot be made
     again. Return the result with the comparison, and the lines to print.
@@ -49,6 +59,8 @@ def beside_baseline(
     from ..core import baseline, lookup
 
     lines = []
+    if options.baseline is not None or options.save_baseline is not None:
+        result = replace(result, asked=baseline.asked_of(studies, choice))
     if before is not None:
         comparison = baseline.compared(options.baseline, result, before)
         result = replace(result, baseline=comparison)
@@ -64,10 +76,17 @@ def beside_baseline(
     return result, lines
 
 
-def is_worse(result: StudyResult) -> bool:
-    """Return True if some case is worse than in the baseline."""
-    comparison = result.baseline
-    return comparison is not None and any(line.answer == "worse" for line in comparison.lines)
+def exit_beside(result: StudyResult, code: int) -> int:
+    """Return the exit code: of a failure if some case is worse than in the baseline.
+
+    If some case cannot be compared with it, a pass is inconclusive. code: that of the verdict.
+    """
+    from ..core.baseline import OTHER
+
+    answers = {line.answer for line in result.baseline.lines} if result.baseline else set()
+    if "worse" in answers:
+        return EXIT["fail"]
+    return EXIT["inconclusive"] if OTHER in answers and code == EXIT["pass"] else code
 
 
 def _said(comparison: Comparison) -> list[str]:

@@ -11,9 +11,9 @@ from typing import Any
 from ..core.environment import absolute
 from ..core.store import Store
 from ..core.study import every_study
-from .baselines import add_baselines, beside_baseline, earlier, is_worse
+from .baselines import add_baselines, beside_baseline, earlier, exit_beside
 from .options import add_choices, add_folder, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, of_all, progress_shown, write_result
+from .output import console, exit_code, of_all, progress_shown, write_result
 
 
 def add_to(commands: Any, word: str = "") -> None:
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
         before = earlier(options)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
         result = of_all(replace(result, command=as_typed(options)))
-        result, notes = beside_baseline(options, result, before)
+        result, notes = beside_baseline(options, result, before, [study], choice)
         if options.folder:
             from .report import write_study
 
@@ -65,4 +65,4 @@ def run(options: argparse.Namespace) -> int:
             print(note)
         if options.folder:
             print(f"page: {Path(options.folder) / page.name}")
-    return EXIT["fail"] if is_worse(result) else exit_code(result, told=options.json != "-")
+    return exit_beside(result, exit_code(result, told=options.json != "-"))

@@ -17,9 +17,9 @@ from ..core.environment import absolute
 from ..core.options import digits_in, option_words, values_of, whole
 from ..core.store import Store
 from ..core.study import every_study
-from .baselines import add_baselines, beside_baseline, earlier, is_worse
+from .baselines import add_baselines, beside_baseline, earlier, exit_beside
 from .options import RULE_HELP, add_folder, add_numbers, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, of_all, progress_shown, write, write_result
+from .output import console, exit_code, of_all, progress_shown, write, write_result
 
 if TYPE_CHECKING:
     from ..core.result import AnyResult, StudyResult
@@ -113,7 +113,8 @@ def _answer(options: argparse.Namespace) -> int:
                 _show_stopped(options.name, done, stop)
             raise
         result = of_all(replace(result, command=_typed(options, options.studies)))
-        result, notes = beside_baseline(options, result, before)
+        asked = [every_study()[name] for name in {case.study for case in result.cases}]
+        result, notes = beside_baseline(options, result, before, asked, request.choice())
         if options.json:
             write_result(options.json, result)
         page = None
@@ -126,8 +127,7 @@ def _answer(options: argparse.Namespace) -> int:
         _show(result, time.perf_counter() - begun)
         for note in (*notes, *([f"page: {page}"] if page else [])):
             print(note)
-    code = exit_code(result, told=not quiet)
-    return EXIT["fail"] if is_worse(result) else code
+    return exit_beside(result, exit_code(result, told=not quiet))
 
 
 def _show(result: StudyResult, seconds: float) -> None:

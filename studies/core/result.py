@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
@@ -207,7 +207,8 @@ class StudyResult:
     """The results of a study's cases, or of several studies' together.
 
     record: machine, versions and settings. remembered: the number of cases that an earlier run
-    measured. baseline: the comparison with an earlier result (`baseline.Comparison`). schemes,
+    measured. baseline: the comparison with an earlier result (`baseline.Comparison`); asked: the
+    scenes' values, where results are compared (`baseline.asked_of`). schemes,
     proofs, comparison, advice: what `verify` and `compare` add; more: what a study says of all its
     cases.
     """
@@ -226,6 +227,7 @@ class StudyResult:
     comparison: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     advice: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     baseline: Any = field(default=None, metadata=OPTIONAL)
+    asked: Mapping[str, Mapping[str, str]] | None = field(default=None, metadata=OPTIONAL)
     more: Json = field(default_factory=dict, metadata=SPREAD)
 
     def to_json(self) -> dict[str, Any]:

@@ -35,7 +35,8 @@ def _drifts(case: Case) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    return {"drift": max((case.figures.get("drift") or {}).values(), default=None)}
+    drifts = case.figures.get("drift") or {}
+    return {"drift": max(drifts.values(), default=None), "drifts": drifts}
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

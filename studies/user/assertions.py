@@ -164,6 +164,11 @@ def _assert(
     for case in _cases(study, where, asked, digits, steps):
         if order is not None:
             case.know_order(order)
+        elif study.name == "order" and at_least is None and case.order is None:
+            raise BadInput(
+                f"{asked.name} declares no order, so nothing could fail: say which is meant, as in "
+                f"assert_order(rule, {shown(where.name)}, order=2)."
+            )
         result = run_case(study, case)
         if result.unusable:
             raise BadInput(_relative(result.reason, beside))

@@ -22,6 +22,7 @@ from ..core.study import view_of
 from .advice import LOST, advice
 from .verify import Request, studies, verify
 
+TABLES = ("errors", "costs", "drifts")  # what a study tells by names, of which a line has one value
 PERIODS = 1000  # periods of the long race, in addition to the race over a scene's duration
 
 
@@ -88,7 +89,7 @@ def comparison(cases: Sequence[AnyResult]) -> list[dict[str, Any]]:
                 for name in ("error", "band", "seconds")
                 if _sound(line, name)
             }
-    return [{k: v for k, v in line.items() if k not in ("errors", "costs")} for line in rows]
+    return [{k: v for k, v in line.items() if k not in TABLES} for line in rows]
 
 
 def _is_finite(value: Any) -> bool:

@@ -8,9 +8,12 @@ from functools import partial
 
 import pytest
 
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, Scene, midpoint, pair
 from discmech.integrators.errors import CouldNotRun
+from discmech.studies import get
+from discmech.studies.command.baselines import exit_beside
 from discmech.studies.core import baseline
+from discmech.studies.core.case import Choice
 from tests.studies.as_json import read
 
 
@@ -37,8 +40,41 @@ def with_errors(*errors, digits=50, used=True):
     return case(rows=rows, digits=digits)
 
 
+def of(study, measured, expected=(), **more):
+    return case(study=study, measured=measured, expected=dict(expected), **more)
+
+
 def banded(band):
-    return case(measured={"band": band}, expected={})
+    return of("energy", {"band": band})
+
+
+def drifting(drift, other=1e-15):
+    limits = {"limit": 1e-14, "limits": {"p": 1e-14}, "not_demanded": "none is claimed"}
+    return of("momentum", {"drift": {"p": drift, "q": other}}, limits, verdict="measured")
+
+
+def defect(size):
+    return of("symplecticity", {"poisson": size, "resolution": 1e-12}, {"not_demanded": "no"})
+
+
+def stable(end):
+    return of("stability", {"stable_to": end}, kind="linear")
+
+
+def bounded(*outcomes, end=1.0):
+    rows = [{"stiffness": 1.0, "class": outcome} for outcome in outcomes]
+    return of("stability", {"limits": {"1": end}}, rows=rows)
+
+
+def floored(floor, error=1e-3):
+    return with_errors(error) | {"local": {"floor": floor}}
+
+
+def demanding(*names):
+    return of("energy", {"band": 1e-3}, names and {"not_demanded": "b", "demanded": [*names]})
+
+
+FULL = ["bounded"] * 40
 
 
 @pytest.mark.parametrize(("then", "now", "answer"), [
@@ -59,8 +95,32 @@ def banded(band):
     (banded(1e-3), banded(1.2e-3), "cannot tell"),
     (banded(1e-3), banded(1e-3), "equal"),
     (banded(1e-14), banded(1.5e-14), "equal"),
+    (banded(1e-3), of("energy", {}), "worse"),  # there is none now
+    (drifting(1e-15), drifting(4e-6), "worse"),
+    (drifting(4e-6), drifting(1e-15), "better"),
+    (drifting(4e-6), drifting(4e-6, other=1e-7), "worse"),  # below the largest
+    (drifting(1e-15), drifting(9e-15), "equal"),  # a walk of round-off
+    (drifting(4e-6), drifting(4.2e-6), "cannot tell"),
+    (defect(1e-16), defect(4e-2), "worse"),
+    (defect(4e-2), defect(1e-16), "better"),
+    (defect(4e-2), defect(9e-2), "same verdict"),  # at other places
+    (defect(1e-16), defect(7e-13), "same verdict"),
+    (stable(None), stable(2.0), "worse"),
+    (stable(2.0), stable(2.0000001), "equal"),
+    (stable(2.0), stable(3.46), "better"),
+    (bounded(*FULL), bounded(*FULL, end=2.0), "better"),
+    (bounded(*FULL), bounded(*FULL, end=1.01), "equal"),
+    (bounded(*FULL), bounded(*FULL[:20], *["drifting"] * 20), "worse"),
+    (floored(""), floored("1e-11 (numbers rounded to 11 decimals)"), "worse"),
+    (floored("1e-11 (rounded)"), floored("1e-10 (rounded)"), "worse"),
+    (floored("4e-08 (single precision)"), floored("9e-08 (single precision)"), "equal"),
+    (floored("1e-11 (rounded)"), floored(""), "better"),
+    (with_errors(1e-3, 1e-4) | {"local": {"floor": ""}},
+     with_errors(2e-3, 5e-5) | {"local": {"floor": "1e-11 (rounded)"}}, "worse"),
+    (demanding(), demanding("balance"), "worse"),
+    (demanding("balance"), demanding(), "equal"),
 ])  # fmt: skip
-def test_errors_at_equal_steps_and_bands_are_compared(then, now, answer):
+def test_errors_at_equal_steps_and_all_figures_are_compared(then, now, answer):
     assert answers(result(then), result(now)) == [answer]
 
 
@@ -97,10 +157,58 @@ def test_times_of_another_machine_cannot_be_told_and_the_difference_is_named():
     assert answers(then, worse) == ["worse"]
 
 
-def test_the_worse_come_first_and_cases_of_one_side_cannot_be_told():
+SCENE = {"k": "1", "x0": "2", "lagrangian": "digest 12"}
+
+
+@pytest.mark.parametrize(("changes", "said"), [
+    ({"k": "1/2"}, "another: k = 1 -> 1/2;"), ({"fast": "1"}, "fast = none -> 1"),
+    ({"lagrangian": "digest 13"}, "lagrangian is another"), ({"step": "digest 1"}, "step is"),
+])  # fmt: skip
+def test_a_result_of_another_scene_cannot_be_compared(changes, said):
+    now = replace(result(case(order=2.0)), asked={"kepler": SCENE | changes})
+    for earlier, words in ((SCENE, said), (None, "does not say which values kepler had")):
+        then = replace(result(case(order=1.8)), asked=earlier and {"kepler": earlier})
+        (line,) = baseline.compared("b", now, then).lines
+        assert line.answer == "cannot be compared" and words in line.why
+        assert exit_beside(replace(now, baseline=baseline.compared("b", now, then)), 0) == 3
+        assert baseline.compared("b", now, now).lines[0].answer == "same verdict"
+
+
+def test_the_values_of_a_scene_are_its_own_and_no_comments_or_names_of_files():
+    one, same, other = (
+        Scene("a", pair(1), f, parameters={"k": "1/2"}, x0=[1], v0=[0], source=source)
+        for f, source in [(lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2, "a book"),
+                          (lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2, ""),
+                          (lambda x, v, p: v[0] ** 2 / 2 + p.k * x[0] ** 2, "")])  # fmt: skip
+    asked = [baseline.asked_of([get("order")], Choice((scene,), (midpoint,)))["a"]
+             for scene in (one, same, other)]  # fmt: skip
+    assert asked[0] == asked[1] and asked[0]["k"] == "1/2" and asked[0]["duration"] == "10"
+    assert {k for k in asked[0] if asked[0][k] != asked[2][k]} == {"lagrangian"}
+
+
+def test_a_method_that_is_self_adjoint_no_longer_is_worse():
+    then, lost, unknown = (
+        replace(result(case()), schemes=[{"scene": "kepler", "rule": "midpoint",
+                                          "retraction": None, "self_adjoint": value}])
+        for value in (True, False, None))  # fmt: skip
+    assert answers(then, lost) == answers(then, unknown) == ["worse", "same verdict"]
+    assert answers(lost, then) == ["better", "same verdict"]
+    assert answers(then, then) == answers(lost, unknown) == ["same verdict"]
+    assert "self-adjoint, now not self-adjoint" in baseline.compared("b", lost, then).lines[0].why
+
+
+def test_what_other_words_leave_out_cannot_be_compared_and_what_is_gone_is_worse():
+    then = replace(result(case("a"), case("b")), command="discmech verify f.py")
+    now = replace(result(case("a")), command="discmech verify f.py")
+    assert answers(then, now) == ["worse", "same verdict"]
+    fewer = replace(now, command="discmech verify f.py --study order")
+    assert answers(then, fewer) == ["cannot be compared", "same verdict"]
+
+
+def test_the_worse_come_first_and_what_is_new_cannot_be_told():
     then = result(case("a"), case("b"), case("c"), case("d", verdict="fail"))
     now = result(case("a"), case("e"), case("c", verdict="fail"), case("d"))
-    assert answers(then, now) == ["worse", "cannot tell", "cannot tell", "better", "same verdict"]
+    assert answers(then, now) == ["worse", "worse", "cannot tell", "better", "same verdict"]
 
 
 def test_a_baseline_of_other_cases_is_refused():

@@ -190,6 +190,7 @@ def test_what_does_not_converge_is_missed():
     ((scenes.get("kepler"), lopsided, 2), "lopsided is a rule, where a scene is asked for"),
     ((scenes.get("kepler"), "pendulum"), "kepler is a scene, where a rule is asked for"),
     (("midpoint", "kepler", "2"), "the order asked for is '2'"),
+    ((lopsided, "kepler"), r"declares no order, so nothing could fail: .*'kepler', order=2\)"),
     ((discretisation(name="column")(lambda L, G, x, u, h: h * u), "kepler", 2), "is a matrix"),
 ])  # fmt: skip
 def test_what_cannot_be_asked_is_bad_input_and_no_missed_order(words, message):
