@@ -342,6 +342,10 @@ class CannotMeasure(BadInput):
     """The quantity does not exist for this scene (an energy without a Legendre inverse, say)."""
 
 
+class NoElements(CannotMeasure):
+    """A rule asks for group elements on a groupoid whose arrows are no matrices."""
+
+
 class NotDecided(CannotMeasure):
     """Neither an answer nor a proof that there is none: the message says what was tried."""
 

@@ -17,7 +17,7 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from ..errors import BadInput
+from ..errors import BadInput, NoElements
 from ..numbers import evaluate_matrix, random_columns, sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, Replacement, SymbolicMatrix
 from ..retractions import Extents, Retraction
@@ -81,8 +81,8 @@ class Groupoid(ABC):
         """p(x, u, v; h), m×1 (paper, section 3.2)."""
 
     def element(self, u: Column, h: Expression) -> SymbolicMatrix:
-        """The matrix τ(hu), where the groupoid comes from a matrix group."""
-        raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
+        """The matrix τ(hu), where the groupoid comes from a matrix group; else `NoElements`."""
+        raise NoElements(f"{self.name} has no group elements: its arrows are not matrices.")
 
     def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
         """L(x, w; h)⁻¹, m×m: takes dw/dθ of a curve w(θ) in the chart, t = θh, to its velocity ξ.

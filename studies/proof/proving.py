@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, pair
-from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
+from discmech.integrators.errors import CannotMeasure, NoElements, arguments_checked, shown, unknown
 from discmech.integrators.extensions.expansions import NoStep, NotConsistent, NotExpanded, NotKnown
 from discmech.integrators.numbers import BITS, NotRational
 
@@ -110,6 +110,7 @@ def prove(
     if not every:
         asked_for = ", ".join(kinds or KINDS)
         raise BadInput(f"{base.name} has no meaning on any class of the kinds {asked_for}.")
+    meant = every
     draw = random.SystemRandom()
     budget = Budget(seconds)
     try:
@@ -125,6 +126,10 @@ def prove(
     if chosen[0].count(stated + 1) > MOST_LETTERS:
         raise BadInput(f"{chosen[0].name} has too many coefficients at order {stated}: ask less.")
     answers, notes, late = dict[str, Answer](), list[str](), list[str]()
+    if len(every) < len(meant):
+        kinds_left = {e.kind for e in every}
+        gone = ", ".join(dict.fromkeys(e.kind for e in meant if e.kind not in kinds_left))
+        notes.append(f"it asks for group elements, so it has no meaning for {gone}.")
     wanted = order if order is not None or base.order is not None else stated
     quickest = sorted(chosen, key=lambda e: e.dear * e.count(stated + 1))
     for i, e in enumerate(quickest):
@@ -210,12 +215,17 @@ def _with_degrees(
 
     What it does is seen on the first class, which keeps its degree if it had too many coefficients
     then: `_drawn` looks again, and proves nothing on a class whose degree is too low.
+    Only those that have group elements are returned for a rule that asks for them.
     """
     try:
         comparison = Comparison(every[0].scene(2), rule)
         constants = [c for part in comparison.constants for c in part]
         numbers = numbers_for(constants, comparison.scheme, draw)
         _gaps(ORDER, comparison, numbers, draw, 2, None)
+    except NoElements:
+        if some := [e for e in every[1:] if e.groupoid.retraction]:
+            return _with_degrees(some, rule, order, draw)
+        raise
     except (BadInput, CannotMeasure, NotRational, ZeroDivisionError, RecursionError):
         return every  # which is told with the first class
 

@@ -666,6 +666,20 @@ def test_the_table_of_the_report(monkeypatch):
     assert laws["midpoint"][0].startswith("proven by a theorem")
 
 
+def test_a_rule_of_group_elements_has_no_meaning_on_pairs():
+    @discretisation(order=1)
+    def turned(L, G, x, u, h):
+        return h * L(x, u) + 0 * G.element(u, h).trace()
+
+    found = prove(turned, groupoid=("pair", "time", "lie_group", "action"), laws=())
+    assert found.proven and {name[:4] for name in found.classes} == {"L(ξ)", "L(x,"}
+    assert not any("v" in name for name in found.classes)
+    said = "it asks for group elements, so it has no meaning for pair, time."
+    assert said in found.notes
+    with pytest.raises(BadInput, match=r"test_proof.py.*pair\(1\) has no group elements"):
+        prove(turned, groupoid="pair", laws=())
+
+
 def test_what_is_not_asked_is_named_with_its_kind():
     found = prove("midpoint", 9, laws=())
     assert [*found.classes] == ["L(x, v), n = 1"] and found.proven is False
