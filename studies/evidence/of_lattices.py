@@ -161,7 +161,7 @@ class LatticeEvidence(Evidence):
 
     scheme: Any
     whole: Any = None
-    unscanned = ""
+    unscanned, around = "", 0
 
     def __init__(self, scheme: Any) -> None:
         of = scheme.lattice

@@ -49,7 +49,7 @@ def test_a_sound_step_leaves_the_verdict():
     case = Case("energy", scenes.get("pendulum"), midpoint, 16)
 
     assert single_steps(case).order == pytest.approx(2, abs=0.01)
-    assert demand_consistency(Measurement.of({"local": single_steps(case)}), told) is told
+    assert demand_consistency(Measurement.of({"local": single_steps(case)}), told) == told
 
 
 def test_a_law_that_no_run_showed_is_not_said_to_be_kept():
@@ -67,7 +67,7 @@ def test_a_law_that_no_run_showed_is_not_said_to_be_kept():
 def test_where_nothing_is_known_the_run_is_judged(found):
     told = Verdict("pass", "", {})
 
-    assert demand_consistency(found, told) is told
+    assert demand_consistency(found, told) == told
 
 
 def test_controls_are_asked_for_no_consistency():
