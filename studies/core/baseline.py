@@ -365,27 +365,24 @@ def _figures(case: AnyResult) -> dict[str, Figure]:
     band = number(told.get("band"))
     if band is not None and "balance_order" not in case.figures:
         figures[BAND] = _of_run(band, KEPT)
-    for name, drift in (told.get("drifts") or {}).items():
-        limits = case.wanted.get("limits") or {}
+    limit = case.wanted.get("limit") or case.figures.get("resolution") or 0.0
+    for name, drift in told.get("drifts", {}).items():
         if number(drift) is not None:
-            least = limits.get(name) or case.wanted.get("limit") or 0.0
+            least = (case.wanted.get("limits") or {}).get(name) or limit
             figures[f"drift of {name}"] = _of_run(drift, least)
     defect = number(told.get("defect"))
-    limit = case.wanted.get("limit") or case.figures.get("resolution") or 0.0
     if defect is not None and limit:  # the places are drawn: beyond the limit it may be any other
         high = limit if defect <= limit else math.inf
         figures["defect of the form"] = Figure(defect if defect > limit else 0.0, high, alone=False)
-    end, bounded = number(told.get("stable")), number(told.get("bounded"))
-    if end is not None:
+    if (end := told.get("stable")) is not None:
         room = CELL if "bounded" in told else NEARLY
         figures["stable to hω"] = Figure(-end * room, -end / room)
-    if bounded is not None:
-        figures["share of bounded runs"] = Figure(*(-bounded + side * told["bounded_spread"]
-                                                    for side in (-1, 1)))  # fmt: skip
-    local = case.details.local
-    if isinstance(local, Mapping):
-        size = float((local.get("floor") or "0").split()[0])
-        figures["floor of its own numbers"] = Figure(size / STATES, size * STATES, alone=False)
+    if (share := told.get("bounded")) is not None:
+        edges = told["bounded_spread"]
+        figures["share of bounded runs"] = Figure(-share - edges, -share + edges)
+    local = case.details.local if isinstance(case.details.local, Mapping) else {}
+    size = float((local.get("floor") or "0").split()[0])
+    figures["floor of its own numbers"] = Figure(size / STATES, size * STATES, alone=False)
     for row in case.data:
         error = row.get("error")
         many = case.digits >= EXACT
