@@ -112,13 +112,13 @@ def test_a_folder_whose_name_is_no_text(tmp_path):
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/lat\xe9"))
     folder.mkdir()
     page, found = folder / "page", folder / "found.json"
-    words = ("order", "harmonic", "--rule", f"{folder}/mine.py:mine", "--digits", "16")
+    words = ("order", "harmonic", "--rule", f"{folder}/latin.py:latin", "--digits", "16")
     with redirect_stdout(TextIOWrapper(BytesIO(), "utf-8", "replace")):  # as the command's own
-        assert main(["new", "rule", "mine", "--folder", str(folder)]) == 0
+        assert main(["new", "rule", "latin", "--folder", str(folder)]) == 0
         for more in (("--json", str(found)), ("--folder", str(page))):  # measured, and remembered
             assert main([*words, *more]) == 0
-    assert f"{folder}/mine.py" in json.loads(found.read_bytes())["command"]
-    assert r"lat\udce9/mine.py" in (page / "index.html").read_text("utf-8")
+    assert f"{folder}/latin.py" in json.loads(found.read_bytes())["command"]
+    assert r"lat\udce9/latin.py" in (page / "index.html").read_text("utf-8")
 
 
 def test_a_user_s_file_that_needs_too_much_memory_could_not_run(ask, tmp_path):
