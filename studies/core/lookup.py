@@ -384,6 +384,7 @@ def _of_bench(kind: Kind, word: str) -> Any:
         except BadInput:
             if word and Path(word).exists():  # an empty word is this folder's
                 said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
+                raise said from None
             for file in loaded():
                 if word and _asked(file, kind, word):
                     own = f"{kind.noun} of that name: say {file.path}:{word}."
