@@ -168,9 +168,10 @@ def asked_of(studies: Iterable[Study], choice: Choice) -> dict[str, dict[str, st
 def _values(scene: Any) -> Iterator[tuple[str, str]]:
     for one in fields(scene):
         value = getattr(scene, one.name)
+        empty = value is None or (isinstance(value, tuple) and not value)  # it may be an array
         if one.name == "parameters":
             yield from ((name, _written(entry)) for name, entry in value.items())
-        elif one.name not in ("name", "title", "source") and value not in (None, ()):
+        elif one.name not in ("name", "title", "source") and not empty:
             yield one.name, _written(value)
 
 

@@ -14,6 +14,7 @@ from discmech.studies import get
 from discmech.studies.command.baselines import exit_beside
 from discmech.studies.core import baseline
 from discmech.studies.core.case import Choice
+from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
 
 
@@ -178,6 +179,13 @@ def test_the_values_of_a_scene_are_its_own_and_no_comments_or_names_of_files():
              for scene in (one, same, other)]  # fmt: skip
     assert asked[0] == asked[1] and asked[0]["k"] == "1/2" and asked[0]["duration"] == "10"
     assert {k for k in asked[0] if asked[0][k] != asked[2][k]} == {"lagrangian"}
+
+
+@pytest.mark.parametrize("study", every_study().values(), ids=lambda study: study.name)
+def test_each_study_says_of_which_values_its_cases_are_asked(study):
+    asked = baseline.asked_of([study], Choice())
+    assert all("duration" in values for values in asked.values())
+    assert asked == baseline.asked_of([study], Choice())
 
 
 def test_a_method_that_is_self_adjoint_no_longer_is_worse():
