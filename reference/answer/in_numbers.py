@@ -169,17 +169,20 @@ def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
 
 
 def extrapolated_step(f: Field, t: float, z: np.ndarray, h: Any) -> tuple[np.ndarray, float]:
-    """Return (z(t+h) − z, difference of the last two columns), by Aitken and Neville in h²."""
+    """Return (z(t+h) − z, difference of the last two columns), by Aitken and Neville in h².
+
+    The way is added up, not the state, whose last digit the extrapolation would enlarge.
+    """
     row: list[np.ndarray] = []
     with np.errstate(all="ignore"):
         first = f(t, z)
         for j in range(1, COLUMNS + 1):
             n = 2 * j
             d = h / n
-            before, at, twice = z, z + d * first, 2 * d
+            before, at, twice = 0 * z, d * first, 2 * d
             for k in range(1, n):
-                before, at = at, before + twice * f(t + k * d, at)
-            new = [(before + at + d * f(t + h, at)) / 2 - z]
+                before, at = at, before + twice * f(t + k * d, z + at)
+            new = [(before + at + d * f(t + h, z + at)) / 2]
             for k, earlier in enumerate(row):
                 ratio = (j / (j - k - 1)) ** 2
                 new.append(new[-1] + (new[-1] - earlier) / (ratio - 1))

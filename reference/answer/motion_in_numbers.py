@@ -82,16 +82,13 @@ class SurroundingsInNumbers:
         return states
 
     def _way(self, z: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return (how far z moves in a time, its error), which is alone rounded, and not z.
+        """Return (how far z moves in a time, its error).
 
         The error is not finite outside the domain of the user's functions.
         """
 
-        def piece(z: np.ndarray, h: float) -> np.ndarray:
-            return extrapolated_step(lambda t, way: self._field(t, z + way), 0.0, 0 * z, h)[0]
-
-        whole, half = piece(z, h), piece(z, h / 2)
-        way = half + piece(z + half, h / 2)
+        whole, half = (extrapolated_step(self._field, 0.0, z, span)[0] for span in (h, h / 2))
+        way = half + extrapolated_step(self._field, 0.0, z + half, h / 2)[0]
         return way, np.abs(whole - way) + ROUNDED * np.abs(way)
 
     def _state(self, x: Sequence[Any], v: Sequence[Any]) -> np.ndarray:

@@ -53,8 +53,9 @@ OF_ORDER = {
         "there, changes by less than a third",
     ),
     "rows: alone": Limit(
-        8, "defect of a recorded row over the largest of its neighbours, where no run is beside it",
-        "set: C may change by 1.5 from row to row and pass through 0; it errs towards a pass",
+        8, "defect of a recorded row, or its differences, over the largest of its neighbours",
+        "set: C may change by 1.5 from row to row and pass through 0, and high differences of it, "
+        "which show one moved row, grow by less than that; it errs towards a pass",
     ),
     "rows: way": Limit(
         0.1, "defect of a row over the way from the row before, where no other run tells of it",

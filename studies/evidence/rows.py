@@ -28,6 +28,7 @@ from ..systems.runs import energy_with_terms
 
 #: the rows of a run that are compared; of a longer run so many are drawn
 MOST_ROWS = 8192
+TOGETHER = 64  # rows one after another that are drawn at once
 APART = 7.9  # steps have to differ by this factor, 8 to rounding
 HALF, CHANGE = OF_ORDER["rows: power"], OF_ORDER["rows: change"]
 SPIKE, LARGE = OF_ORDER["rows: alone"], OF_ORDER["rows: way"]
@@ -38,6 +39,14 @@ SMALL = 1e-2
 #: rows so short beside the motion (`Surroundings.length`, an eighth of the distance to the nearest
 #: singularity) that C changes by less than a third over three of them
 SHORT = 1 / 6
+#: rows of a twentieth of the distance to that singularity, so that a difference of order m of
+#: h^p C grows less than eightfold over m + 2 rows: 1.25 to the power (m + p + 2) / 2, p up to 8
+FAIRLY_SHORT = 2 / 5
+DIFFERENCES = 8, 6, 4, 2  # orders of the differences that show one moved row
+#: a jump of the defects, as where a solver takes an iteration less, leaves a twelfth of its
+#: differences, or more, when the two defects beside it are interpolated
+JUMP = 16
+MOST_LOOKED_AT = 16  # differences that stand out most, by which a row is sought
 LENGTHS = 24  # rows at which the length of the motion is asked for
 CLEAR = 10  # a defect of so many roundings gives a power of the step to a tenth
 
@@ -48,7 +57,7 @@ class Defects:
 
     at: the times where they begin. off, floor: the defect and its round-off; moved: the way of the
     exact motion. row: the number of the row where each ends. start, gap: the states (x, μ) where
-    they begin, and by how much the states where they end are off, (r, n+m).
+    they begin, and by how much the states where they end are off, (r, n+m), in units of `scale`.
     """
 
     name: str
@@ -61,6 +70,7 @@ class Defects:
     row: np.ndarray
     start: np.ndarray
     gap: np.ndarray
+    scale: np.ndarray
 
     @property
     def least(self) -> np.ndarray:
@@ -93,7 +103,7 @@ def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
         return SingleSteps(unknown=" ".join(str(failure).split()))
     pairs = [(a, b) for a, b in itertools.combinations(range(len(runs)), 2)
              if runs[a].step >= APART * runs[b].step]  # fmt: skip
-    powers, foreign = [], [_spike(run, lengths) for run in runs]
+    powers, foreign = [], [_spike(run, lengths) or _moved(run, lengths) for run in runs]
     compared = False
     for a, b in pairs:
         same = _over_the_same(scheme, runs[a], runs[b], b, lengths)
@@ -158,13 +168,14 @@ def _defects(
 ) -> Defects:
     """Return the defects of a run over so many rows, from all of its rows or those that are named.
 
-    Of too many rows (`MOST_ROWS`) as many are drawn.
+    Of too many rows (`MOST_ROWS`) as many are drawn, `TOGETHER` at a time.
     """
     run, recording = scheme.runs[index], scheme.rule.recordings[index]
     at = np.arange(len(run.t) - rows) if begins is None else begins
     if len(at) > MOST_ROWS:
-        drawn = np.random.default_rng(int(recording.digest[:8], 16))
-        at = np.sort(drawn.choice(at, MOST_ROWS, replace=False))
+        drawn, parts = np.random.default_rng(int(recording.digest[:8], 16)), len(at) // TOGETHER
+        at = at[: parts * TOGETHER].reshape(parts, TOGETHER)
+        at = at[np.sort(drawn.choice(parts, MOST_ROWS // TOGETHER, replace=False))].ravel()
     x, mu = np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)
     v = velocities(scheme, run)
     span = rows * float(recording.interval)
@@ -198,7 +209,8 @@ def _defects(
     floor[~np.isfinite(floor)] = np.inf
     times, name = first + at * float(recording.interval), recording.path.name
     step, row = float(recording.step), at + rows
-    return Defects(name, step, span, times, off, floor, moved, row, start, end - exact)
+    gap = (end - exact) / scale
+    return Defects(name, step, span, times, off, floor, moved, row, start, gap, scale)
 
 
 def velocities(scheme: RecordedScheme, run: Any) -> np.ndarray:
@@ -230,12 +242,14 @@ def _lengths(scheme: RecordedScheme) -> tuple[np.ndarray, np.ndarray]:
     return times, np.array(lengths)
 
 
-def _short(lengths: tuple[np.ndarray, np.ndarray], at: np.ndarray, span: float) -> np.ndarray:
+def _short(
+    lengths: tuple[np.ndarray, np.ndarray], at: np.ndarray, span: float, share: float = SHORT
+) -> np.ndarray:
     """True where the time is short beside the motion, at both rows around whose length is known."""
     times, sizes = lengths
     after = np.clip(np.searchsorted(times, at), 0, len(times) - 1)
     least = np.minimum(sizes[after], sizes[np.maximum(after - 1, 0)])
-    return np.asarray(span <= SHORT * least)
+    return np.asarray(span <= share * least)
 
 
 def _largest(values: np.ndarray, reach: int) -> np.ndarray:
@@ -260,7 +274,7 @@ def errors_of_no_step(
     same = _at_equal_times(scheme, coarse, fine, index)
     if same is None or not len(same.at):
         return None
-    rates = [run.gap[: len(same.at)] / run.span for run in (same, coarse)]
+    rates = [run.gap[: len(same.at)] * run.scale / run.span for run in (same, coarse)]
     ratio = (coarse.step / fine.step) ** (scheme.order or 1)
     errors = (ratio * rates[0] - rates[1]) / (ratio - 1)
     seen = _short(_lengths(scheme), same.at, same.span) & np.isfinite(errors).all(axis=1)
@@ -291,6 +305,17 @@ def _power(coarse: Defects, fine: Defects) -> float | None:
     return power if short.any() or power < HALF else None
 
 
+def _near(coarse: Defects, fine: Defects) -> np.ndarray:
+    """True at coarse rows where the runs are no further apart than the way of a row, or are beside.
+
+    C is that of a state, and limits have the largest of three rows: a run that is late or early by
+    more, by its own error, has another C at that time. One moved row has neighbours that are near.
+    """
+    k = np.minimum(np.searchsorted(fine.at, coarse.at - fine.span / 2), len(fine.at) - 1)
+    apart = np.linalg.norm((fine.start[k] - coarse.start) / coarse.scale, axis=1)
+    return np.asarray(_largest((apart <= coarse.moved).astype(float), 2) > 0)
+
+
 def _row_of(coarse: Defects, times: np.ndarray) -> np.ndarray:
     """Return the defect of the coarse run within which each time lies."""
     rows = np.searchsorted(coarse.at, times + 1e-6 * coarse.span, side="right") - 1
@@ -305,7 +330,7 @@ def _beside(
         return ""
     ratio = coarse.step / fine.step
     allowed = CHANGE * ratio**HALF
-    short = _short(lengths, coarse.at, coarse.span)
+    short = _short(lengths, coarse.at, coarse.span) & _near(coarse, fine)
     sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & short
     j = _row_of(coarse, fine.at)
     limit = allowed * ratio**-power * _largest(coarse.most, 1)[j]
@@ -354,7 +379,7 @@ def _over_long_rows(
     coarse: Defects, same: Defects, power: float, lengths: tuple[np.ndarray, np.ndarray]
 ) -> str:
     """Return a row that misses the power over equal times, where rows are long; or ""."""
-    long = ~_short(lengths, coarse.at, coarse.span)
+    long = ~_short(lengths, coarse.at, coarse.span) & _near(coarse, same)
     sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & long
     count = len(same.at)  # those that both runs have
     ratio = coarse.step / same.step
@@ -375,16 +400,73 @@ def _spike(run: Defects, lengths: tuple[np.ndarray, np.ndarray]) -> str:
     """Return a row whose defect stands out beside those of its neighbours, or ""."""
     if len(run.at) < 8:
         return ""
-    around = np.full(len(run.at), 0.0)
-    for reach in (2, 3, 4):
-        around[reach:] = np.maximum(around[reach:], run.most[:-reach])
-        around[:-reach] = np.maximum(around[:-reach], run.most[reach:])
+    around = _beyond(run.most, range(2, 5))
     short = _short(lengths, run.at, run.span)
     wrong = np.flatnonzero((run.least > SPIKE * around) & short)
     if not len(wrong):
         return ""
     k = wrong[(run.least[wrong] / around[wrong]).argmax()]
     return _told(run, int(k), float(run.least[k] / around[k]), None)
+
+
+def _moved(run: Defects, lengths: tuple[np.ndarray, np.ndarray]) -> str:
+    """Return a row that was moved by itself, or "".
+
+    Moved by δ, it changes the defect before it by δ and the one after by −Φ′δ, so high differences
+    of the defects, which sink along a smooth motion, by δ times binomial coefficients. These have
+    to stand out beside the differences that do not meet the row, and to be gone when the two
+    defects are interpolated by their neighbours.
+    """
+    together = run.row[1:] == run.row[:-1] + 1
+    smooth = _short(lengths, run.at, run.span, FAIRLY_SHORT)
+    for order in DIFFERENCES:
+        reach, half = order + 2, order // 2
+        if len(run.at) < 4 * reach:
+            continue
+        size = np.linalg.norm(np.diff(run.gap, order, axis=0), axis=1)
+        whole = np.lib.stride_tricks.sliding_window_view(together, order).all(axis=1)
+        size = np.where(whole & np.isfinite(size), size, 0)
+        # with so wide a range a zero of these differences in it hides no more than half of them
+        around = _beyond(size, range(reach, 3 * reach))
+        limit = SPIKE * around + 2**order * _largest(run.floor, half)[half:-half]
+        wrong = np.flatnonzero((size > limit) & smooth[half:-half])
+        for k in wrong[np.argsort(-size[wrong] / limit[wrong])][:MOST_LOOKED_AT]:
+            for first in (int(k) + half - 1, int(k) + half):
+                if by := _moved_by(run.gap, first, order):
+                    return (
+                        f"row {run.row[first]} of {run.name} (t = {run.at[first] + run.span:.4g}) "
+                        f"was moved by {by:.1g} of the motion from where the rows on both sides "
+                        "of it lead to, which are steps without it"
+                    )
+    return ""
+
+
+def _beyond(values: np.ndarray, reaches: range) -> np.ndarray:
+    """Return the largest of the values that are so many places before or after each."""
+    around = np.zeros(len(values))
+    for reach in reaches:
+        around[reach:] = np.maximum(around[reach:], values[:-reach])
+        around[:-reach] = np.maximum(around[:-reach], values[reach:])
+    return around
+
+
+def _moved_by(gap: np.ndarray, first: int, order: int) -> float:
+    """Return by how much the row between two defects, the first and the next, was moved, or 0."""
+    nodes = np.array([*range(-order // 2, 0), *range(2, order // 2 + 2)])
+    if first + nodes[0] < 0 or first + nodes[-1] >= len(gap):
+        return 0.0
+    smooth = gap.copy()
+    for k in range(2):
+        weights = [np.prod([(k - other) / (node - other) for other in nodes if other != node])
+                   for node in nodes]  # fmt: skip
+        smooth[first + k] = weights @ gap[first + nodes]
+    here = slice(max(first - 2 * order, 0), first + 2 * order + 2)
+    before, after = (np.linalg.norm(np.diff(e[here], order, axis=0), axis=1).max()
+                     for e in (gap, smooth))  # fmt: skip
+    by = (gap - smooth)[first : first + 2]
+    size = float(np.linalg.norm(by[0]))
+    alone = before > JUMP * after and np.linalg.norm(by.sum(axis=0)) <= size / 2
+    return size if alone else 0.0
 
 
 def _told(run: Defects, k: int, times: float, other: Defects | None) -> str:

@@ -9,16 +9,17 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.studies import check
 from discmech.studies.command import main
-from discmech.studies.evidence.rows import of_rows
+from discmech.studies.evidence.rows import DIFFERENCES, _moved_by, of_rows
 from discmech.studies.order.records import Row
 from discmech.studies.order.window import off_the_line
 
 
-def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz"):
+def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz",
+         coarser=1):  # fmt: skip
     """Runs of a rule, one a file, each of half the step of the one before."""
     made = scenes.get(scene)
     for k in range(levels):
-        steps = made.steps_for(made.step) * 2**k
+        steps = made.steps_for(made.step) * 2**k // coarser
         rule = get(rule) if isinstance(rule, str) else rule
         run = Scheme(made, rule).flow(made.duration / steps).trajectory(steps, every, x0=x0,
               mu0=None if x0 is None else [0.3])  # fmt: skip
@@ -277,15 +278,40 @@ def test_rows_that_are_no_steps_of_one_method_never_pass(change, tmp_path):
         assert case["verdict"] in ("fail", "inconclusive"), study
 
 
-@pytest.mark.slow
-def test_a_row_of_one_run_alone_is_named(tmp_path):
+@pytest.mark.parametrize(("size", "word"), [(1e-3, "is no step"), (1e-8, "was moved"),
+                                            (1e-11, "was moved"), (0, "")])  # fmt: skip
+def test_a_row_of_one_run_alone_is_named(size, word, tmp_path):
     def move(held, finer):
         if len(held["t"]) == 161:
-            held["q"][70] += 1e-3
+            held["q"][70] += size
 
     garbled(tmp_path, move)
-    case = order(tmp_path)
-    assert case["verdict"] == "inconclusive" and "of run2.npz (t = 1.7" in case["reason"]
+    steps = of_rows(Scheme(scenes.get("pendulum"), recorded(str(tmp_path / "*.npz"), 2)))
+    assert steps.refused is bool(word) and word in steps.unknown
+    assert not word or "of run2.npz (t = 1.7" in steps.unknown
+
+
+@pytest.mark.parametrize(("change", "moved"), [
+    ({40: 1, 41: -0.9}, 1), ({40: 1}, 0), (dict.fromkeys(range(40, 80), 1), 0), ({}, 0),
+])  # fmt: skip
+def test_a_moved_row_changes_two_defects_oppositely_and_no_other(change, moved):
+    """One kick and a jump, as where a solver takes an iteration less, are no moved row."""
+    defects = np.exp(np.arange(80) / 40)[:, None]
+    defects[list(change), 0] += list(change.values())
+    for order_of_differences in DIFFERENCES:
+        by = [_moved_by(defects, first, order_of_differences) for first in range(34, 46)]
+        assert max(by) == pytest.approx(moved, rel=1e-2)
+
+
+@pytest.mark.parametrize(("rule", "levels", "coarser"), [("heun", 5, 4), ("runge-kutta-4", 4, 1)])
+def test_runs_that_are_late_by_their_errors_and_those_near_round_off_are_steps(
+    rule, levels, coarser, tmp_path
+):
+    """At one time the runs are at other places; near the apocentre, the defects are round-off."""
+    save(tmp_path, rule, "kepler", levels, coarser=coarser)
+    made = recorded(str(tmp_path / "*.npz"), 2 if rule == "heun" else 4)
+    steps = of_rows(Scheme(scenes.get("kepler"), made))
+    assert not steps.unknown and steps.order == made.order
 
 
 @pytest.mark.parametrize(("rule", "every", "form"), [
