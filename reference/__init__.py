@@ -8,11 +8,20 @@
 from __future__ import annotations
 
 from .answer.result import Solution
-from .answer.solution import follow, many_motions, multipliers, solution, solutions, surroundings
+from .answer.solution import (
+    follow,
+    many_motions,
+    multiplier_sizes,
+    multipliers,
+    solution,
+    solutions,
+    surroundings,
+)
 from .failures import MotionEnds, ReferenceFailure
 from .progress import progress_to
 
 __all__ = [
-    "MotionEnds", "ReferenceFailure", "Solution", "follow", "many_motions", "multipliers",
+    "MotionEnds", "ReferenceFailure", "Solution", "follow", "many_motions", "multiplier_sizes",
+    "multipliers",
     "progress_to", "solution", "solutions", "surroundings",
 ]  # fmt: skip

@@ -139,6 +139,20 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     to the digits of the reference minus the loss of that system. Raises `ReferenceFailure` for a
     scene without constraints, and if these are dependent.
     """
+    return _multipliers(scene, at)[0]
+
+
+def multiplier_sizes(scene: Any, at: Solution) -> list[Any]:
+    """Return the sizes (k, mpf) that lambda of `multipliers` has without cancellation.
+
+    They are those of all terms of the forces and of (dA/dt) xi, carried over to lambda: relative to
+    them the digits are certain, where forces that cancel leave a lambda of round-off. Raises as
+    `multipliers` does.
+    """
+    return _multipliers(scene, at)[1]
+
+
+def _multipliers(scene: Any, at: Solution) -> tuple[list[Any], list[Any]]:
     import mpmath
     import sympy
 
@@ -150,18 +164,21 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     if not k:
         raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")
     symbols = [*balance.mechanics.x, *balance.mechanics.v, T]
-    functions = sympy.lambdify(symbols, [balance.mass, balance.force], "mpmath")
+    terms = balance.force.applyfunc(
+        lambda e: sympy.Add(*map(sympy.Abs, sympy.Add.make_args(sympy.expand(e))))
+    )
+    functions = sympy.lambdify(symbols, [balance.mass, balance.force, terms], "mpmath")
     with mpmath.workdps(at.certain_digits + 15):
         t = mpmath.mpf(at.t.numerator) / at.t.denominator
-        mass, force = functions(*at.x, *at.v, t)
+        mass, force, sizes = functions(*at.x, *at.v, t)
         units = mpmath.diag(_units(mass, k))
         try:
-            unknowns = units * mpmath.lu_solve(units * mass * units, units * force)
+            inverse = units * mpmath.inverse(units * mass * units) * units
         except ZeroDivisionError:
             raise ReferenceFailure(
                 f"the constraints of scene {scene.name} are dependent at t = {float(at.t):.3g}"
             ) from None
-        return list(unknowns)[-k:]
+        return list(inverse * force)[-k:], list(inverse.apply(abs) * sizes)[-k:]
 
 
 def _units(matrix: Any, k: int) -> list[Any]:

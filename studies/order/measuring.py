@@ -153,6 +153,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     certain = exact.certain
     known = case.digits > 16 and exact.answer is not None and case.scene.all_constraints
     forces = reference.multipliers(case.scene, exact.answer) if known else None
+    sizes = reference.multiplier_sizes(case.scene, exact.answer) if known else ()
     rows: list[Row] = []
     before: End | None = None  # if no other method knows the end, the end of the run before
     for i in range(most):
@@ -188,9 +189,9 @@ def measure(case: Case, progress: Progress = silent) -> Found:
             errors = [system.error(x, mu, at) for x, mu, at in
                       zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
             row = row.with_errors(*map(_mean, zip(*errors, strict=True)))
-            if forces and any(forces):
+            if forces and any(sizes):
                 try:
-                    row = replace(row, multipliers=multipliers.error(flow, run, forces))
+                    row = replace(row, multipliers=multipliers.error(flow, run, forces, sizes))
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
         rows.append(row)

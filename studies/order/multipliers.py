@@ -8,6 +8,7 @@ from typing import Any
 
 from discmech.integrators import StepFailure, mean_multipliers
 from discmech.integrators.flows import Flow, Trajectory
+from discmech.integrators.numbers import mpmath
 
 from ..core.case import Case
 from ..systems.runs import gap
@@ -15,13 +16,17 @@ from .records import Row
 from .window import floor, slope_of_multipliers
 
 
-def error(flow: Flow, run: Trajectory, forces: Any) -> float:
-    """Return the relative error of mean multipliers at a run's end; NaN if its step back fails."""
+def error(flow: Flow, run: Trajectory, forces: Any, sizes: Any) -> float:
+    """Return the error of mean multipliers at a run's end; NaN if its step back fails.
+
+    sizes: those of all that acts on the constraints (`multiplier_sizes`), to which it is relative:
+    where this cancels, a multiplier is as small as round-off and no measure of anything.
+    """
     try:
-        off, size = gap(mean_multipliers(flow, run)[-1], forces)
+        off, _ = gap(mean_multipliers(flow, run)[-1], forces)
     except StepFailure:  # this does not concern (x, μ)
         return math.nan
-    return float(off / size)
+    return float(off / mpmath.norm(sizes, 2))
 
 
 def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:

@@ -4,8 +4,8 @@ import mpmath
 import pytest
 import sympy
 
-from discmech.integrators import Scene, pair, rules
-from discmech.reference import ReferenceFailure, multipliers, solution
+from discmech.integrators import Scene, lie_group, pair, rules, se
+from discmech.reference import ReferenceFailure, multiplier_sizes, multipliers, solution
 from discmech.reference.equations.constrained_start import on_constraints
 from discmech.reference.taylor import independence
 from discmech.studies import check
@@ -71,6 +71,19 @@ def test_the_multiplier_of_a_force_that_knows_the_time():
         at = solution(scene, t, 20)
         (found,) = multipliers(scene, at)
         assert abs(found - 1 - mpmath.mpf(at.t.numerator) / at.t.denominator) < 1e-15
+
+
+def test_forces_that_cancel_leave_a_multiplier_of_round_off_and_fail_no_rule():
+    """A body slides along the diagonal of its plane: nothing pushes it off, and λ is 0."""
+    scene = Scene(
+        "slides", lie_group(se(2)), lambda x, v, p: v.dot(v) / 2, v0=["1/2", 1, 1], duration=2,
+        step="1/20",
+    ).with_attitude().with_values(holonomic=lambda x, p: [x[2] - x[5]])  # fmt: skip
+    at = solution(scene, "1/20", 30)
+    (found,), (size,) = multipliers(scene, at), multiplier_sizes(scene, at)
+    assert 0 < abs(found) < 1e-28 and 1 / 2 < size < 2
+    (case,) = check("order", [scene], [rules.midpoint], digits=[50])["cases"]
+    assert case["verdict"] == "pass" and len(case["rows"]) >= 4
 
 
 def test_dependent_rows_at_the_start_are_named():
