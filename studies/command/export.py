@@ -48,8 +48,9 @@ def add_to(commands: Any) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from discmech.integrators import Scheme
+    from discmech.integrators import Scheme, scenes
     from discmech.integrators.extensions.export import export, exportable
+    from discmech.integrators.extensions.foreign.box import no_motion
 
     from ..user import exports
 
@@ -58,7 +59,19 @@ def _export(options: argparse.Namespace) -> int:
             f"a file computes with doubles, so {options.digits} digits cannot be exported: leave "
             f"--digits out, or say discmech run --digits {options.digits}."
         )
-    scheme = Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule))
+    if lookup.problem_named(options.scene) is not None and options.scene not in scenes.NAMES:
+        raise BadInput(
+            f"{options.scene} is a problem of optimal control, whose controls belong to a run "
+            f"and not to a step, so it cannot be exported: discmech run {options.scene} --folder "
+            "FOLDER writes states and controls as a table."
+        )
+    scene = scene_asked(options, lattices=True)
+    if getattr(scene, "lagrangian", None) is no_motion:
+        raise BadInput(
+            f"{options.scene} holds the states of a map, which is code already and whose motion is "
+            "in no scene, so it cannot be exported."
+        )
+    scheme = Scheme(scene, lookup.rule(options.rule))
     scheme = exportable(scheme, options.language != "jax")
     said = [f"Command: {_typed(options)}"]
     verdict = "pass"

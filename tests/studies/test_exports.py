@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -186,8 +187,18 @@ def test_the_command_writes_a_file_that_says_what_was_verified(tmp_path, capsys)
 @pytest.mark.parametrize(("words", "said"), [
     (["bouncing-ball", "midpoint", "--language", "c"], "has contact"),
     (["pendulum", "midpoint", "--language", "c", "--digits", "50"], "computes with doubles"),
-], ids=["contact", "digits"])  # fmt: skip
-def test_what_cannot_be_exported_is_one_sentence(words, said, capsys):
+    (["own.py:turn", "midpoint", "--language", "c"], "a problem of optimal control"),
+    (["own.py:kick", "midpoint", "--language", "numpy"], "holds the states of a map"),
+], ids=["contact", "digits", "control", "map"])  # fmt: skip
+def test_what_cannot_be_exported_is_one_sentence(words, said, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("own.py").write_text(
+        "from discmech import Control, black_box, scenes\n"
+        "turn = Control(scenes.get('pendulum'), lambda x, v, f, p: f[0] ** 2, end=([0], [0]))\n"
+        "@black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]))\n"
+        "def kick(q, p):\n    return q, p - q\n",
+        "utf-8",
+    )
     assert main(["export", *words]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1

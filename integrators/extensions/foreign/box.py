@@ -99,7 +99,7 @@ class BlackBox(Discretisation):
         middle = [(low + high) / 2 for low, high in zip(*self.states, strict=True)]
         n = len(middle) // 2
         return Scene(
-            name=f"states-of-{self.name}", groupoid=pair(n), lagrangian=_free, x0=middle[:n],
+            name=f"states-of-{self.name}", groupoid=pair(n), lagrangian=no_motion, x0=middle[:n],
             v0=middle[n:], duration=100 * (self.step or 1), step=self.step or 1,
         )  # fmt: skip
 
@@ -136,7 +136,7 @@ class BlackBox(Discretisation):
         """Return a sentence that says why the box cannot run on the scene, or ""."""
         if refusal := scene.refusal_of("a black box", rule=self.name):
             return refusal
-        if scene.lagrangian is _free and (own := self.own_scene) and own.name != scene.name:
+        if scene.lagrangian is no_motion and (own := self.own_scene) and own.name != scene.name:
             return f"{scene.name} is no box of states of {self.name}, which has {own.name}."
         return super().refusal(scene) or self.form.refusal(scene)
 
@@ -250,7 +250,8 @@ def black_box(
     return make
 
 
-def _free(x: Any, v: Any, p: Any) -> Any:
+def no_motion(x: Any, v: Any, p: Any) -> Any:
+    """Return the Lagrangian of a space of a map's states, which stands for no motion."""
     return v.dot(v) / 2
 
 
