@@ -95,7 +95,7 @@ def _short(case: Case) -> str:
     told = _wanders(case) is None and drift is not None and band is not None
     if case.why == OF_DRIFT or (told and not abs(drift or 0.0) <= RESOLVED * (band or 0.0)):
         return f"drifts by {_drift(case)}"
-    return f"oscillates by {_band(case)}"
+    return f"{'less its work, ' * _of_balance(case)}oscillates by {_band(case)}"
 
 
 def _line(case: Case) -> str:

@@ -18,6 +18,7 @@ from discmech.integrators.numbers import Vector, exact_rational
 from ..core.fitting import orders_between
 from .recorded import common_times
 
+FEWEST = 4  # runs of an order: three differences, so two orders that agree
 RUNS = 8  # runs of a function, each with half the step of the one before
 CLEAR = 1000  # a difference above so many roundings of the state is the method's
 ALIKE = 0.1  # largest difference of the last two orders, for the next power of h still counts
@@ -116,6 +117,8 @@ def _told(method: BlackBox, sizes: Sequence[float], ends: Sequence[Vector]) -> O
     if order is None:
         said = f"{method.name}: its own runs tell no order: their differences are "
         said += f"{', '.join(f'{g:.1e}' for g in gaps) or 'none'}; {UNKNOWN}."
+        if len(ends) < FEWEST:
+            said += f" An order needs {FEWEST} runs or more; there are {len(ends)}."
     else:
         said = f"{method.name} is of order {order:.3f} by its own runs; {UNKNOWN}."
     return OwnOrder(order, tuple(sizes), tuple(gaps), said)

@@ -135,8 +135,11 @@ def not_converging(errors: Sequence[tuple[float, float | None]], order: float) -
     halvings = math.log2(longest / shortest)
     if first >= last * 2 ** (order / 2 * halvings):
         return ""
+    # two runs that agree to the same hundredth as `NOWHERE` have converged, and not to the motion
+    settled = abs(known[-2][1] - last) <= NOWHERE * last
+    said = "converge, to another motion" if settled else "do not converge"
     return (
-        f"do not converge: {halvings:.0f} halvings of the step leave an error of "
+        f"{said}: {halvings:.0f} halvings of the step leave an error of "
         f"{last:.2g}, where order {order} is expected."
     )
 

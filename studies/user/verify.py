@@ -22,7 +22,7 @@ from ..causes.known_steps import known_step
 from ..core import lookup
 from ..core.apart import apart
 from ..core.case import Choice, Progress, silent, worst
-from ..core.claims import WORDS
+from ..core.claims import EVERY, WORDS
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_proof
 from ..core.parts import parts_of
@@ -263,7 +263,7 @@ def _proof(rule: Discretisation, progress: Progress, store: Store | None) -> dic
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:
-    """Return a sentence for each name of keeps= that no chosen scene has.
+    """Return a sentence for each name of keeps= that no chosen scene has, or any for "momentum".
 
     Raises `BadInput` for a name that is almost a known one.
     """
@@ -271,6 +271,11 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
     for rule in choice.rules:
         names = () if rule.claims is None else rule.claims.keeps
         for name in names:
+            if name == EVERY and not kept:
+                said.append(
+                    f"{rule.name} claims to keep {name}, and no scene here declares any: it is not "
+                    "judged; give a scene symmetries=[Conserved(...)]."
+                )
             if name in (*kept, *WORDS):
                 continue
             if near := nearest(name, (*kept, *WORDS)):

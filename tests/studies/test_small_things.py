@@ -89,6 +89,8 @@ def test_a_band_that_resolves_nothing_is_called_so():
         (1e-3, "oscillates by 10⁻³"),
     ):
         assert tables.short(result_of("energy", {"measured": {"band": band}})) == words
+    forced = {"measured": {"band": 1e-3, "balance_order": 2.0}}
+    assert tables.short(result_of("energy", forced)) == "less its work, oscillates by 10⁻³"
 
 
 @pytest.mark.slow

@@ -319,6 +319,14 @@ def test_a_claim_that_no_scene_can_judge_is_told(folder):
     (folder / "other.py").write_text(claimed.format("my charge"))
     choice = Request(files=("other.py",), scenes=("pendulum",)).choice()
     assert "not judged" in verifying._claims_of_nothing(choice)[0]
+    (folder / "bare.py").write_text(
+        claimed.format("momentum") + "\n\nfrom discmech import Scene, pair\n"
+        "bare = Scene('bare', pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[0], v0=[1])\n"
+    )
+    told = verifying._claims_of_nothing(
+        Request(files=("bare.py",), scenes=("bare.py:bare",)).choice()
+    )
+    assert len(told) == 1 and "claims to keep momentum, and no scene" in told[0]
 
 
 def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, ask):

@@ -158,6 +158,8 @@ def test_errors_that_all_the_steps_did_not_bring_down():
     assert verdict == "fail"
     assert reason.startswith("the runs do not converge: 4 halvings of the step leave an error of")
     assert "of 0.087, where order 2 is expected" in reason
+    elsewhere = ladder([0.5, 0.3, 0.21, 0.2, 0.2 / ABOVE])  # the last two agree to a hundredth
+    assert "the runs converge, to another motion: 4" in order_of(None, rows=elsewhere)[1]
     half = by_local_orders(1.5, 0.5, 1.0, first=1.0)  # 1 = 2/2 altogether
     assert "do not converge" not in order_of(None, rows=half)[1]
     assert "do not converge" in order_of(None, rows=by_local_orders(1.4, 0.5, 1.0, first=1.0))[1]

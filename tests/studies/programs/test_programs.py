@@ -402,7 +402,12 @@ def test_an_order_by_its_own_runs_says_that_their_limit_may_be_wrong(tmp_path):
         np.savez(tmp_path / f"{k}.npz", t=run.t, q=run.x, p=run.mu)
     runs = recorded(str(tmp_path / "*.npz"), 2)
     assert own_order(runs).order == pytest.approx(2, abs=0.01)
+    tmp_path.joinpath("4.npz").unlink()
+    tmp_path.joinpath("3.npz").unlink()
+    few = own_order(recorded(str(tmp_path / "*.npz"), 2))
+    assert few.order is None and "needs 4 runs or more; there are 3." in str(few)
     tmp_path.joinpath("1.npz").unlink()
+    np.savez(tmp_path / "4.npz", t=run.t, q=run.x, p=run.mu)
     with pytest.raises(BadInput, match="half the step of the one before"):
         own_order(recorded(str(tmp_path / "*.npz"), 2))
     with pytest.raises(CannotMeasure, match=r"asks for system\.gradient, but without a scene"):
