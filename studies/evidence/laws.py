@@ -31,7 +31,7 @@ from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
 from ..systems.runs import energy_with_terms
-from .many_steps import ManySteps, many_steps
+from .many_steps import ManySteps, many_steps, unlike_steps
 from .places import Place, random_fraction
 from .repeated import repeated
 
@@ -70,13 +70,18 @@ class Law(ABC):
         return (1,)
 
     def conspicuous(self, scheme: Scheme) -> list[Place]:
-        """Return starts of steps, in `many_steps`, that depart from the law beyond round-off."""
+        """Return starts of steps, in `many_steps`, that depart from the law beyond round-off.
+
+        And of those that are unlike the steps beside them.
+        """
         if scheme.rule.is_formula and (scheme.scene.all_constraints or scheme.s.degenerate):
             return []  # 50 digits see that a state in doubles is off a constraint, or μ off ϑ(x)
-        many = None if self.refusal(scheme) else many_steps(scheme)
-        if many is None or (gaps := self.gaps(many)) is None:
+        if self.refusal(scheme):
             return []
-        return many.places(gaps, ROUNDINGS * scheme.rule.unit(16))
+        unlike, many = unlike_steps(scheme), many_steps(scheme)
+        if many is None or (gaps := self.gaps(many)) is None:
+            return unlike
+        return unlike + many.places(gaps, ROUNDINGS * scheme.rule.unit(16))
 
     def gaps(self, many: ManySteps) -> Vector | None:
         """Return the departures of many steps in doubles, (r,); None for a law of few places."""

@@ -3,7 +3,8 @@
 A fault in a thousandth of the motion lies between a few places, and one of a high power of the step
 does not show in a run of short steps (`scan`). So steps of all sizes up to the scene's own, forth
 and back in time, are made from rows of such a run. They judge nothing: where one of them departs
-from a law by more than round-off, the law itself is asked.
+from a law by more than round-off, the law itself is asked. So it is where steps are unlike those
+beside them (`unlike_steps`), whatever the law.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -24,7 +25,7 @@ from discmech.integrators.numbers import Matrix, Vector, mpmath
 
 from ..systems.runs import Rows
 from .places import SHARES, Place, seed_in_numbers
-from .scan import costs_of, run_of, steps_of
+from .scan import costs_of, highest, peaks_of, run_of, steps_of
 
 #: rows of a run from which one step is made: four in a thousandth of the motion. A formula's step
 #: takes as long as ten of a function, and a program of whole runs answers each by itself
@@ -36,6 +37,10 @@ APART = 19  # sizes of neighbouring rows are so many apart: a narrow part has se
 #: share of the largest entry of x, or of μ, below which an entry may be round-off all along a run
 ROUND_OFF = 2.0**-40
 LOOKED_AT = 3  # steps from which the law itself is asked
+#: steps of one size all along the motion, and of sizes over `OCTAVES` and more from one state: four
+#: in a thousandth of the motion, and three in a hundredth of a size
+ALONG, OF_SIZES = 2**12, 2**11
+LONGEST = 1.7  # of these sizes, over the scene's own step, as from drawn places
 
 Map: TypeAlias = Callable[[Vector], Vector]
 #: a `BoxScheme` or another one
@@ -104,15 +109,50 @@ class ManySteps:
 
     def places(self, gaps: Vector, limit: float) -> list[Place]:
         """Return the starts of the steps with the largest gaps (r,) beyond the limit, as places."""
-        gaps, n = np.nan_to_num(gaps), self.scheme.s.n
-        parts = self.starts[:, :n], self.starts[:, n:], self.velocities
-        places = []
-        for k in map(int, np.argsort(-gaps)[:LOOKED_AT]):
-            if gaps[k] > limit:
-                x, mu, u = (tuple(map(mpmath.mpf, part[k])) for part in parts)
-                step = self.sizes[self.which[k]]
-                places.append(Place(x, mu, u, self.times[k], step, abs(step), k % BESIDE == 0))
-        return places
+        gaps = np.nan_to_num(gaps)
+        return [_place(self.scheme, self.starts[k], self.velocities[k], self.times[k],
+                       self.sizes[self.which[k]], k % BESIDE == 0)
+                for k in map(int, np.argsort(-gaps)[:LOOKED_AT]) if gaps[k] > limit]  # fmt: skip
+
+
+def _place(
+    scheme: AnyScheme, z: Vector, u: Vector, time: Fraction, step: Fraction, beside: bool = False
+) -> Place:
+    x, mu, near = (tuple(map(mpmath.mpf, part)) for part in (*np.split(z, [scheme.s.n]), u))
+    return Place(x, mu, near, time, step, abs(step), beside)
+
+
+@lru_cache(maxsize=8)
+def unlike_steps(scheme: AnyScheme) -> list[Place]:
+    """Return the starts of steps that are least like those beside them: none of a derived rule.
+
+    The ends of steps of one size from rows along the motion are a smooth curve, and so are those of
+    steps of all sizes from one row, but where the method does something else (`scan.peaks`). A
+    derived rule has one formula everywhere, and a program is looked at in its own numbers.
+    """
+    rule, own = scheme.rule, Fraction(scheme.scene.step)
+    if not rule.is_formula or rule.asks_lagrangian:
+        return []
+    try:
+        run = run_of(scheme, steps_of(scheme))
+    except DiscmechError:
+        return []
+    z, drawn = np.hstack([run.x, run.mu]).astype(float), np.random.default_rng(len(run.t))
+    at = np.arange(0, len(run.t), max(1, len(run.t) * costs_of(scheme) // ALONG))  # evenly
+    shares = np.geomspace(2.0**-OCTAVES, LONGEST, OF_SIZES // costs_of(scheme))
+    one, part = int(drawn.choice(at)), Fraction(drawn.uniform(0.9, 1))
+    map_of = lru_cache(maxsize=1)(partial(one_step, scheme))
+    places = []
+    for looks in ([(int(k), own * part) for k in at],
+                  [(one, own * Fraction(share)) for share in shares]):  # fmt: skip
+        maps = (map_of(step, k * run.step if scheme.scene.timed else 0) for k, step in looks)
+        ends = np.array([guarded(f, z.shape[1])(z[k])
+                         for f, (k, _) in zip(maps, looks, strict=True)])  # fmt: skip
+        known = np.flatnonzero(np.isfinite(ends).all(axis=1))
+        for peak in highest(peaks_of(ends[known], Fraction(1), rule.unit(16)), LOOKED_AT):
+            k, step = looks[known[int(peak.time)]]
+            places.append(_place(scheme, z[k], np.asarray(run.u[k], float), k * run.step, step))
+    return places
 
 
 @lru_cache(maxsize=8)

@@ -237,6 +237,33 @@ def test_a_way_back_begins_on_the_states_that_a_rule_has(scene, name):
     assert np.nanmax(WAY_BACK.gaps(many)) < ROUNDINGS * 2.0**-53
 
 
+NARROW = {
+    "in x": lambda x, mu, h: (x - sympy.Rational(7, 5)) * 4000,
+    "in the momentum": lambda x, mu, h: (mu + sympy.Rational(13, 10)) * 1000,
+    "in the step": lambda x, mu, h: (h - sympy.Rational(7, 100)) * 2000,
+    "nowhere": lambda x, mu, h: sympy.oo,
+}
+
+
+@pytest.mark.dear(but=("step", "nowhere"))
+@pytest.mark.parametrize("part", NARROW)
+def test_a_form_that_is_lost_in_a_narrow_part(part):
+    """Of the states or of the sizes of steps, by a power above the order, which alters no order."""
+
+    @one_step(order=2, symplectic=True, groupoids="pair")
+    def narrow(s, z, h):
+        x, mu = s.split(z)
+        mu = mu + h / 2 * s.split(s.f(z))[1]
+        x = x + h * s.split(s.f(s.join(x, mu)))[0]
+        mu = mu + h / 2 * s.split(s.f(s.join(x, mu)))[1]
+        lost = h**3 / 10 * sympy.exp(-(NARROW[part](x[0], mu[0], h) ** 2))
+        return s.join(x, mu * (1 - lost))
+
+    scheme = Scheme(scenes.get("pendulum"), narrow)
+    assert evidence_of(scheme).departure(FORM).broken == (part != "nowhere")
+    assert evidence_of(scheme).order.order == pytest.approx(2, abs=0.01)
+
+
 def test_an_entry_that_is_round_off_all_along_has_the_scale_of_the_others():
     """A radial motion in oblique coordinates: an entry of 1e-17 was its own scale."""
     turned = sympy.Matrix([["0.3", "0.1"], ["0.1", "0.7"]])
