@@ -86,6 +86,11 @@ OF_ORDER = {
         10, "times less that a sum leaves with a lower power of the step in place of a higher one",
         "set: a sum of noise may fit twice as well by chance; it errs towards a pass",
     ),
+    "powers: together": Limit(
+        2, "the same of squares, added over all components from all places",
+        "derived: then the lower power is as large as all roundings, which of chance alone differ "
+        "by a twentieth, the share of one factor in a ladder; it errs towards a pass",
+    ),
 }  # fmt: skip
 
 

@@ -37,7 +37,7 @@ from .order import (
     unknown,
 )
 from .places import Place, random_fraction
-from .powers import Powers, powers_of
+from .powers import Ladder, Powers, lower_together, powers_of
 
 #: steps of a program from a place: the first as a share of the time in which the motion is that of
 #: a short polynomial, the ratio of the next to it, and their number
@@ -76,6 +76,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     grids = grids_of(own) if own else []
     of_grids: list[Floor] = []
     hidden: list[tuple[str, Powers]] = []
+    ladders = list[Ladder]()
     for look in looks:
         floors = look.floors(grids) if any(grids) else np.zeros((len(look.steps), len(look.names)))
         for k, name in enumerate(look.names):
@@ -90,7 +91,8 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                 if _explained(look.steps, errors, near, sinking):
                     of_grids.append(look.floor(grids))
                     left, (order, constant, step) = left + rounding, over
-            powers = powers_of(look.steps, signed, left, wanted)
+            ladders.append((look.steps, signed, left))
+            powers = powers_of(*ladders[-1], wanted)
             if powers.hidden is not None:
                 hidden.append((name, powers))
             elif powers.first and _other(order, powers.first, wanted):
@@ -99,6 +101,11 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
             order = None if order is None else order - power
             components.append(ComponentOrder(name, order, constant, look.place))
             sunk = sunk and bool(errors[-1] <= CLEAR_OF_PROGRAM * left[-1])
+    low = any((c.order or expected) < expected - NEAR for c in components)
+    if not (low or hidden) and (together := lower_together(ladders, wanted)):
+        at, powers = together
+        components[at] = replace(components[at], order=float((powers.first or 0) - power),
+                                 constant=abs(powers.factor))  # fmt: skip
     floor = max(of_grids, key=lambda each: each.share, default=None)
     seen = [c for c in components if c.order is not None]
     if hidden and not any((c.order or expected) < expected - NEAR for c in seen):

@@ -5,6 +5,8 @@ import pytest
 
 from discmech import Scheme, black_box, scenes
 from discmech.studies.evidence import NEAR, evidence_of
+from discmech.studies.evidence.of_programs import of_program
+from discmech.studies.evidence.places import places_of
 from discmech.studies.evidence.powers import powers_of
 
 from . import methods
@@ -52,6 +54,25 @@ def test_its_runs_of_second_order_are_denied():
     found = judged("order", "pendulum", of_first_order(1e-5), causes=False)
     assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
     assert local_order("pendulum", black_box(order=2)(unequal_halves)).order < 1 + NEAR
+
+
+@pytest.mark.dear(but=("pendulum",))
+@pytest.mark.parametrize("scene", ["pendulum", "henon-heiles"])
+@pytest.mark.parametrize(("digits", "order"), [(7, 2), (9, 4), (16, 4)])
+@pytest.mark.parametrize("seed", range(2))
+def test_coefficients_of_few_digits_in_all_components_together(scene, digits, order, seed):
+    """Of one component from one place they may hide; those of 9 digits leave less than rounding."""
+    first = round(1 / (2 - 2 ** (1 / 3)), digits)
+
+    @black_box(order=4)
+    def yoshida(q, p, h, s):
+        for share in (first, 1 - 2 * first, first):
+            q, p = kick_drift_kick(q, p, share * h, s)
+        return q, p
+
+    scheme = Scheme(scenes.get(scene), yoshida)
+    found = of_program(scheme, places_of(scheme, seed), seed)
+    assert found.order == pytest.approx(order, abs=NEAR)
 
 
 @pytest.mark.dear(but=("verlet",))
