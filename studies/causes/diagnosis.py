@@ -33,6 +33,8 @@ from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another one counts as equal
+#: a share of the usual error of a lower order: no coefficient that is meant leaves so little
+ROUNDED = 1e-5
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
 #: a method that checks a reference: it shares no formula with it, and its own error is measured
 WITNESS = "kahan-li-8:trapezoidal"
@@ -184,6 +186,15 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             "the scene's discrete_lagrangian is none of its lagrangian: "
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
         )
+    if errors.order > 1 - NEAR and (share := _share(scheme, errors)) < ROUNDED:
+        evidence["share"] = share
+        return (
+            "discrete Lagrangian",
+            f"L_d differs from one of order {wanted} by O(h^{round(errors.order) + 1}), by about "
+            f"{share:.1g} of what is usual for that power ({off}), and in the end the method is of "
+            f"order {round(errors.order)}: a number in the rule, or a term, is wrong from about "
+            "that part of it on; write numbers exactly, or in G.constant to all digits.",
+        )
     # on a motion of so much symmetry that all points are exact momenta alone show an order
     gauge = wanted - NEAR < errors.order_of_points < math.inf
     order = round(errors.order, 2)
@@ -233,6 +244,18 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
         f"O(h^{wanted + 1}) ({off}): the method is of order {order:.3g} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
     )
+
+
+def _share(scheme: Scheme, errors: Truncation) -> float:
+    """Return an error of L_d over what is usual for its power of the step, by the midpoint rule.
+
+    Its own error is a step squared, in units of the motion.
+    """
+    by_points = errors.order < errors.order_of_legendre
+    error = (errors.residual if by_points else errors.legendre)[-1]
+    first = Fraction(errors.steps[0])
+    usual = truncation(scheme_of(scheme.scene, midpoint), first).legendre[-1]
+    return error / usual ** (errors.order / 2) if usual else math.inf
 
 
 def _has_order(scheme: Scheme, retraction: str, wanted: int) -> bool:

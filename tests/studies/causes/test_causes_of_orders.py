@@ -3,6 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -18,6 +19,7 @@ from discmech.integrators import (
     scenes,
     so,
 )
+from discmech.integrators import one_step as one_step_map
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
@@ -417,7 +419,7 @@ def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, wrapped):
 
 
 @pytest.mark.parametrize(("off", "named"), [
-    ((1, -1), "the method is of order 2 "), ((0, 1), "L_d is 1.000002 times a consistent one"),
+    ((1, -1), "the method is of order 2"), ((0, 1), "L_d is 1.000002 times a consistent one"),
 ])  # fmt: skip
 def test_a_small_fault_is_told_at_steps_that_show_it_alone(off, named):
     """At a quarter of the scene's step h^4 and 1e-6 h^2 are as large, and looked like a factor."""
@@ -436,6 +438,39 @@ def test_a_small_fault_is_told_at_steps_that_show_it_alone(off, named):
 
     told = cause(Case("order", scenes.get("pendulum"), eighths, 50, None))
     assert named in told["sentence"]
+
+
+@pytest.mark.dear("12")
+@pytest.mark.parametrize("digits", [7, 12, 17])
+def test_a_node_of_few_digits_is_no_gauge(digits):
+    @discretisation(order=4, stages=1)
+    def gauss(L, G, x, u, h, s):
+        k = G.constant(lambda d: mpmath.mpf("0.28867513459481288225"[: 2 + digits]))
+        total = 0
+        for theta in (sympy.Rational(1, 2) - k, sympy.Rational(1, 2) + k):
+            w, dw = theta * u + theta * (1 - theta) * s[0], u + (1 - 2 * theta) * s[0]
+            total += h / 2 * L(G.target(x, w, h), G.velocity(x, w, dw, h))
+        return total
+
+    told = cause(Case("order", scenes.get("pendulum"), gauss, 50, None))
+    assert told["cause"] == "discrete Lagrangian" and "wrong from about" in told["sentence"]
+    assert 10.0 ** -(digits + 1) < told["evidence"]["share"] < 100 * 10.0**-digits
+
+
+def test_a_lower_order_in_a_narrow_part_is_no_other_field():
+    """At the steps that are extrapolated its error is no polynomial in h."""
+
+    @one_step_map(order=2, groupoids="pair")
+    def narrow(s, z, h):
+        x, mu = s.split(z)
+        mu = mu + h / 2 * s.split(s.f(z))[1]
+        x = x + h * s.split(s.f(s.join(x, mu)))[0]
+        mu = mu + h / 2 * s.split(s.f(s.join(x, mu)))[1]
+        lost = h**2 / 20 * sympy.exp(-(((x[0] + sympy.Rational(11, 10)) * 1000) ** 2))
+        return s.join(x, mu * (1 - lost))
+
+    told = cause(Case("order", scenes.get("pendulum"), narrow, 16, None))
+    assert told is None or told["cause"] == "order conditions"
 
 
 def test_a_small_fault_is_not_taken_for_a_factor_of_one():
