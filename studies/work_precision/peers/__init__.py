@@ -1,6 +1,6 @@
 """Other people's integrators on the same equations of motion, each as its documentation advises.
 
-scipy is always present; heyoka, diffrax and rebound come with `pip install discmech[peers]`. Only
+scipy is always present; heyoka, diffrax and rebound come with `pip install '.[peers]'`. Only
 the comparison studies import them.
 """
 
