@@ -197,6 +197,9 @@ def _laid_out(
         _tell_powers(axes, panel, subtitle)
         if room is not None:
             _break_headings(title, subtitle, sheet)
+    low = figure.tall / 72 - (sheet.height - sheet.top - sheet.bottom)
+    if low > 0.01:  # words need higher axes, in which all is drawn anew
+        return _laid_out(panels, replace(sheet, height=sheet.height + low), columns, room)
     needed = [_margins(axes, canvas.get_renderer()) for axes in figure.axes]
     named = ("left", "right", "top", "bottom")
     most = [max(sides) for sides in zip(*needed, strict=True)]

@@ -40,6 +40,7 @@ def end_labels(
     starts = [(x * width + 3.5, min(max(y, 0.0), 1.0) * height) for x, y in ends]
     curves = [_in_points(axes, line) for line in axes.get_lines()]
     heights = [gap * (1 + words.count("\n")) for _, _, words, _ in labels]
+    ask_height(axes, sum(heights) - 8)
     for k, spot in uncrossed(starts, heights, width + indent, (-4, height + 4)):
         _, _, words, colour = labels[k]
         start, where = starts[k], (width + indent, spot)
@@ -57,6 +58,12 @@ def end_labels(
             color=WORDS.get(colour, colour),
             **points,
         )
+
+
+def ask_height(axes: Axes, points: float) -> None:
+    """Ask the sheet for axes of so many points of type at least (`canvas`)."""
+    figure: Any = axes.figure
+    figure.tall = max(getattr(figure, "tall", 0.0), points)
 
 
 def broken(figure: Figure, words: str, room: float, **font: Any) -> str:
@@ -109,14 +116,16 @@ def uncrossed(
 ) -> list[tuple[int, float]]:  # fmt: skip
     """Return (number, middle) of words at x = right, upwards, whose leader lines do not cross.
 
-    They stand in the order of their starts, but two whose lines cross change places, which makes
-    both lines together shorter: so this comes to an end.
+    ends: where the lowest begins and the highest ends. They stand in the order of their starts, but
+    two whose lines cross change places, which makes both lines together shorter: so this comes to
+    an end.
     """
     order = sorted(range(len(starts)), key=lambda k: (starts[k][1], -k))
     for _ in range(len(starts) ** 2 + 1):
         wished = [min(max(starts[k][1], ends[0]), ends[1]) for k in order]
-        placed = list(zip(order, spread(sorted(wished), [heights[k] for k in order], *ends),
-                          strict=True))  # fmt: skip
+        sizes = [heights[k] for k in order]
+        low, high = ends[0] + sizes[0] / 2, ends[1] - sizes[-1] / 2
+        placed = list(zip(order, spread(sorted(wished), sizes, low, high), strict=True))
         pairs = combinations(range(len(order)), 2)
         lines = [(starts[k], (right, y)) for k, y in placed]
         cross = (pair for pair in pairs if _cross(*(lines[k] for k in pair)))

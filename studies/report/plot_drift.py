@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.result import AnyResult
 from .alike import shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
-from .labels import end_labels
+from .labels import ask_height, end_labels
 from .palette import GRID, INK, MUTED, Mark
 from .wording import in_tens, scientific
 
@@ -21,6 +21,8 @@ MOMENTUM_SHEET = Sheet(width=3.3, right=1.16)
 ENERGY_SHEET = Sheet(width=3.3, left=0.6, right=0.95, height=2.6)
 BINS = 100
 HALF = 0.36  # half the height of a strip; strips are 1 apart
+STRIP = 25.0  # points of type from strip to strip, so that their numbers stand apart
+TICK = 7.0  # points that the number of a tick needs
 
 
 def momenta(cases: Sequence[AnyResult]) -> list[str]:
@@ -53,7 +55,11 @@ def drift(
         walks = [case.expected.random_walk for case in cases]
         factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
         # limits that look like one line count as one
-        limits = sorted({float(f"{x:.2g}") for case in cases if (x := case.expected.limit)})
+        of_limits: dict[float, list[str]] = {}
+        for case in cases:
+            if limit := case.expected.limit:
+                of_limits.setdefault(float(f"{limit:.2g}"), []).append(case.method)
+        limits = sorted(of_limits)
         floor = min([unit / 4, *(value for _, value in points if value > 0)])
         log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
         values = [max(value, floor) for _, value in points]
@@ -65,9 +71,10 @@ def drift(
         ends = [factor * math.sqrt(step / last) for step in (first, last)]
         axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
         labels = [(last, factor, "ε√N", MUTED)]
-        word = "limit" if len(limits) == 1 else "limits, one a rule"
-        # the highest one's label stands for all
-        labels += [(last, limit, word, MUTED) for limit in limits[-1:]]
+        for limit, names in of_limits.items():
+            more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+            said = "limit" if len(limits) == 1 else f"limit of {names[0]}{more}"
+            labels.append((last, limit, said, MUTED))
         drawn = [
             list(zip(steps, accumulate([max(v, floor) for v in values], max), strict=True))
             for steps, values in (
@@ -139,6 +146,8 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
         axes.set_xlim(start, end)
         axes.set_ylim(-len(cases) + 0.45, 0.55)
         axes.spines["left"].set_visible(False)
+        ask_height(axes, STRIP * len(cases))
+        tall = axes.bbox.height * 72 / axes.figure.dpi / len(cases)
         axes.locator_params(axis="x", nbins=4)
         labels, ticks = [], []
         ends = [
@@ -159,13 +168,14 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
             times, below, above = zip(*curve, strict=True)
             lower, upper = ([zero + scale * e for e in errors] for errors in (below, above))
             style: dict[str, Any] = {"fc": (mark.colour, 0.45), "ec": mark.colour, "lw": 0.55}
+            style["ls"] = mark.dash  # two rules of one colour differ in it
             axes.fill_between(times, lower, upper, **style)
             axes.plot([start, end], [zero, zero], color=INK, lw=0.7, ls=(0, (2, 1.6)), zorder=3)
             ticks.append((zero, "0"))
             ticks += [
                 (zero + scale * error, _signed(error))
                 for error in (low, high)
-                if scale * abs(error) > 0.22
+                if scale * abs(error) * tall > TICK
             ]
             words = _band(case, larger)
             if curve[-1][0] < end / 2:  # a sliver beside longer runs

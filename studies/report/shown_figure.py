@@ -14,10 +14,12 @@ DOTS = 144  # dots per inch
 class Figure(figure.Figure):
     """A matplotlib figure that shows itself in a notebook with any backend.
 
-    room: inches that a line of words beside its axes may take; longer ones are broken.
+    room: inches that a line of words beside its axes may take; longer ones are broken. tall: points
+    of type that words and numbers ask of the height of its axes.
     """
 
     room = math.inf
+    tall = 0.0
 
     def _repr_png_(self) -> bytes:
         """Return the picture as PNG."""

@@ -10,10 +10,12 @@ import pytest
 from matplotlib.axes import Axes
 from pytest import approx
 
+from discmech.studies.core.result import Result, result_of
 from discmech.studies.report.alike import Share, shares
-from discmech.studies.report.canvas import Panel, Sheet, log_axis, render
+from discmech.studies.report.canvas import Panel, Sheet, figure_of, log_axis, render
 from discmech.studies.report.labels import _cross, end_labels, spread, uncrossed
-from discmech.studies.report.palette import Mark
+from discmech.studies.report.palette import Mark, marks
+from discmech.studies.report.plot_drift import ENERGY_SHEET, MOMENTUM_SHEET, drift, energy
 
 
 def test_curves_that_coincide_share_a_line() -> None:
@@ -80,6 +82,45 @@ def test_a_leader_line_crosses_no_curve() -> None:
     leaders = [note.xy[1] for note in axes.texts if not note.get_text()]
     height = (ends[2][1] + 2) / 4 * axes.bbox.height * 72 / axes.figure.dpi
     assert leaders == [approx(height)]  # that of the outermost curve
+
+
+def long_run(name: str, size: float) -> Result:
+    rows = [{"time": t, "error": size * (t % 2)} for t in range(100)]
+    return result_of("energy", {"scene": "pendulum", "rule": name, "verdict": "fail", "rows": rows,
+                                "measured": {"band": size}})  # fmt: skip
+
+
+def test_axes_are_as_high_as_the_words_and_numbers_beside_them() -> None:
+    """Of nine rules the labels are higher than usual axes, and zeros of strips lie close."""
+    cases = [long_run(f"rule-{k}", 10.0 ** (k % 3) * (-1) ** k) for k in range(9)]
+    one = energy("Pendulum", cases, marks(case.method for case in cases), 16)
+    figure = figure_of([one], ENERGY_SHEET)
+    (axes,) = figure.axes
+    boxes = [text.get_window_extent() for text in axes.texts if "band" in text.get_text()]
+    assert len(boxes) == 9 and min(box.y0 for box in boxes) >= axes.bbox.y0 - 6
+    assert max(box.y1 for box in boxes) <= axes.bbox.y1 + 6
+    boxes += [text.get_window_extent() for text in axes.get_xticklabels()]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    places = sorted(axes.transData.transform((0, y))[1] for y in axes.get_yticks())
+    assert min(b - a for a, b in pairwise(places)) * 72 / figure.dpi > 6.6  # their size of type
+    lines = {(str(e.get_edgecolor()), str(e.get_linestyle())) for e in axes.collections}
+    assert len(lines) == 9
+
+
+@pytest.mark.parametrize(("limits", "said"), [
+    ((1e-13, 1e-13), ["limit"]),
+    ((1e-13, 1e-12, 1e-13), ["limit of a and 1 more", "limit of b"]),
+])  # fmt: skip
+def test_limits_that_differ_are_named(limits: tuple[float, ...], said: list[str]) -> None:
+    cases = [
+        result_of("momentum", {
+            "scene": "kepler", "rule": name, "verdict": "pass", "measured": {"drift": {"J": 1e-15}},
+            "expected": {"limit": limit}, "rows": [{"step": 10, "drift": {"J": 1e-15}}],
+        }) for name, limit in zip("abc", limits, strict=False)
+    ]  # fmt: skip
+    one = drift("Kepler", "J", cases, marks(case.method for case in cases), 16)
+    (axes,) = figure_of([one], MOMENTUM_SHEET).axes
+    assert [text.get_text() for text in axes.texts if "limit" in text.get_text()] == said
 
 
 def test_labels_keep_apart() -> None:
