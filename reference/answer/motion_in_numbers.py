@@ -86,7 +86,6 @@ class SurroundingsInNumbers:
 
         The error is not finite outside the domain of the user's functions.
         """
-
         whole, half = (extrapolated_step(self._field, 0.0, z, span)[0] for span in (h, h / 2))
         way = half + extrapolated_step(self._field, 0.0, z + half, h / 2)[0]
         return way, np.abs(whole - way) + ROUNDED * np.abs(way)

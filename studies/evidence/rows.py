@@ -333,21 +333,14 @@ def _beside(
     short = _short(lengths, coarse.at, coarse.span) & _near(coarse, fine)
     sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & short
     j = _row_of(coarse, fine.at)
-    limit = allowed * ratio**-power * _largest(coarse.most, 1)[j]
-    wrong = np.flatnonzero((fine.least > limit) & sound[j])
-    if len(wrong):
-        k = wrong[(fine.least[wrong] / limit[wrong]).argmax()]
-        return _told(fine, int(k), float(fine.least[k] / limit[k] * allowed), coarse)
+    usual = ratio**-power * _largest(coarse.most, 1)[j]
+    if said := _worst(fine, usual, allowed, sound[j], coarse):
+        return said
     most = np.zeros(len(coarse.at))
     np.maximum.at(most, j, fine.most)
     usual = ratio**power * _largest(most, 1)
-    limit = allowed * usual
     sound = (most > 0) & short & (usual * coarse.span <= SMALL * _largest(coarse.moved, 1))
-    wrong = np.flatnonzero((coarse.least > limit) & sound)
-    if len(wrong):
-        k = wrong[(coarse.least[wrong] / limit[wrong]).argmax()]
-        return _told(coarse, int(k), float(coarse.least[k] / limit[k] * allowed), fine)
-    return ""
+    return _worst(coarse, usual, allowed, sound, fine)
 
 
 def _over_the_same(
@@ -385,28 +378,29 @@ def _over_long_rows(
     ratio = coarse.step / same.step
     usual = ratio**power * _largest(same.most, 1)
     small = usual * coarse.span <= SMALL * _largest(coarse.moved, 1)[:count]
-    pairs = ((same, coarse, ratio**-power * _largest(coarse.most, 1)[:count], sound[:count]),
-             (coarse, same, usual, small & long[:count]))  # fmt: skip
-    for one, other, most, seen in pairs:
-        limit = CHANGE * ratio**HALF * most
-        wrong = np.flatnonzero((one.least[:count] > limit) & seen)
-        if len(wrong):
-            k = wrong[(one.least[wrong] / limit[wrong]).argmax()]
-            return _told(one, int(k), float(one.least[k] / most[k]), other)
-    return ""
+    most, allowed = ratio**-power * _largest(coarse.most, 1)[:count], CHANGE * ratio**HALF
+    said = _worst(same, most, allowed, sound[:count], coarse)
+    return said or _worst(coarse, usual, allowed, small & long[:count], same)
 
 
 def _spike(run: Defects, lengths: tuple[np.ndarray, np.ndarray]) -> str:
     """Return a row whose defect stands out beside those of its neighbours, or ""."""
     if len(run.at) < 8:
         return ""
-    around = _beyond(run.most, range(2, 5))
     short = _short(lengths, run.at, run.span)
-    wrong = np.flatnonzero((run.least > SPIKE * around) & short)
+    return _worst(run, _beyond(run.most, range(2, 5)), SPIKE, short, None)
+
+
+def _worst(
+    run: Defects, usual: np.ndarray, allowed: float, seen: np.ndarray, other: Defects | None
+) -> str:
+    """Return the row whose defect is most beyond so many times the usual (r,), or ""."""
+    least = run.least[: len(usual)]
+    wrong = np.flatnonzero((least > allowed * usual) & seen)
     if not len(wrong):
         return ""
-    k = wrong[(run.least[wrong] / around[wrong]).argmax()]
-    return _told(run, int(k), float(run.least[k] / around[k]), None)
+    k = int(wrong[(least[wrong] / usual[wrong]).argmax()])
+    return _told(run, k, float(least[k] / usual[k]), other)
 
 
 def _moved(run: Defects, lengths: tuple[np.ndarray, np.ndarray]) -> str:
