@@ -29,7 +29,7 @@ def add_to(commands: Any) -> None:
     said = "one trajectory of a scene or lattice; a problem of optimal control is solved"
     parser = commands.add_parser("run", help=said)
     parser.add_argument("scene")
-    add_rule(parser, "; default: trapezoidal")
+    add_rule(parser, "; default: trapezoidal, of a one-form a Gauss method for it")
     parser.add_argument(
         "--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)'
     )
@@ -131,7 +131,11 @@ def _measured(
 
     scene: Any = scene_asked(options, lattices=True)
     digits, every = digits_in(options.digits, single=True), whole("--every")(options.every)
-    system = system_of(Case("run", scene, lookup.rule(rule_asked(options, "trapezoidal")), digits))
+    usual = "trapezoidal"
+    if getattr(scene, "one_form", None) is not None:  # by which that rule leaves μ = ϑ(x)
+        half = lookup.rule("degenerate-gauss-1").applies(scene)
+        usual = "degenerate-gauss-1" if half else "projected-gauss-1"
+    system = system_of(Case("run", scene, lookup.rule(rule_asked(options, usual)), digits))
     show(f"{scene.name}: deriving", 0.0)
     _ = system.scheme
     show(f"{scene.name}: compiling", DERIVED)

@@ -79,7 +79,8 @@ def duration(seconds: float) -> str:
 def plus_minus(value: Any, interval: Any) -> str:
     """Return 2.000 ± 0.003, with three to six decimals as the interval allows; never ± 0.
 
-    Numbers smaller than 0.001 get a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
+    Numbers smaller than 0.001 get a common power of ten, (−0.1 ± 2.3)×10⁻⁹, and so do those of
+    1000 and above, of which three decimals would say too much.
     """
     figure = number(value)
     if figure is None:
@@ -88,16 +89,16 @@ def plus_minus(value: Any, interval: Any) -> str:
     if low is None or high is None:
         return _fixed(figure, 3)
     half = max(high - figure, figure - low, 0.0)
-    if abs(figure) < 1e-3 and half < 1e-3:
-        return _small(figure, half)
+    if (abs(figure) < 1e-3 and half < 1e-3) or max(abs(figure), half) >= 1e3:
+        return _scaled(figure, half)
     decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
     unit = 10.0**-decimals
     half = max(math.ceil(half / unit - 1e-9), 1) * unit
     return f"{_fixed(figure, decimals)} ± {half:.{decimals}f}"
 
 
-def _small(value: float, half: float) -> str:
-    """Return a small number with the half width of its interval, both times one power of ten."""
+def _scaled(value: float, half: float) -> str:
+    """Return a number with the half width of its interval, both times one power of ten."""
     if half == 0:
         return scientific(value)
     exponent = math.floor(math.log10(max(abs(value), half)))

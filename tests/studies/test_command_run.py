@@ -25,6 +25,15 @@ def test_run_says_how_near_the_edge_it_came(ask, words, said):
     assert (found["margin"] < 1) == bool(said) and (found["edges"] > 0) == ("edge was" in said)
 
 
+@pytest.mark.parametrize(("scene", "rule"), [
+    ("lotka-volterra-half", "degenerate-gauss-1"), ("lotka-volterra", "projected-gauss-1"),
+])  # fmt: skip
+def test_a_one_form_runs_by_a_method_for_it(ask, scene, rule):
+    """The rule of other scenes leaves μ = ϑ(x), and stopped at t = 2.1."""
+    code, out, _ = ask("run", scene, "--steps", "5", "--json", "-")
+    assert code == 0 and json.loads(out)["rule"] == rule
+
+
 @pytest.mark.slow
 def test_run_as_json(ask):
     code, out, err = ask("run", "heavy-top", "--rule", "midpoint", "--step", "1/100",
