@@ -35,6 +35,7 @@ SINGLE = 2.0**-24
 MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
 #: number of steps between h and h/2 for the search for a jump, and of octaves from a place's length
 GRID, OCTAVES = 192, 6
+FEW = 5e-3  # a number of three digits is nearer to another than this; 1.01 is meant
 #: factors that have a known reason
 FACTORS = {
     -1.0: "its sign is flipped", 0.0: "it is missing", 2.0: "it is doubled", 0.5: "it is halved",
@@ -289,7 +290,7 @@ _NAMED = {
 
 def all_by(c: float) -> Told:
     """Return the cause if everything moves by a factor."""
-    if abs(c - 1) < 1e-2:
+    if abs(c - 1) < FEW:
         return "few digits", (
             f"every step is {abs(c - 1):.2g} of it too {'long' if c > 1 else 'short'}: "
             "coefficients that should add up to 1 have too few digits."
@@ -309,7 +310,7 @@ def said_of(name: str, c: float) -> Told:
         return f"missing {name.removeprefix('the ')}", f"{name} is missing in the step."
     if near == -1.0:
         return "flipped sign", f"{name} has the wrong sign."
-    if abs(c - 1) < 1e-2:
+    if abs(c - 1) < FEW:
         return "few digits", (
             f"{name} is off by {abs(c - 1):.2g} of it, at all places alike: a number in the step "
             "has too few digits, or a factor beside 1."
@@ -330,7 +331,7 @@ def _of_entries(starts: list[Beginning], n: int) -> Told | None:
                       lambda b, s=slice(i, i + 1): only(b.f, s)) for i in wrong]  # fmt: skip
     if wrong and factors[0] is not None and None not in factors:
         name, c = names[wrong[0]], 1 + factors[0]
-        if abs(c - 1) < 1e-2:
+        if abs(c - 1) < FEW:
             return said_of(f"the rate of {name}", c)
         word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
         cause = {"its sign is flipped": "flipped sign", "it is missing": "missing term"}

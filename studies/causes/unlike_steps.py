@@ -5,6 +5,7 @@ A single step from a place is the first of its run, and shows no fault that come
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from discmech.integrators.numbers import Vector
 from ..core.case import Case
 from ..evidence import evidence_of
 from ..evidence.isolated import UNLIKE, errors_of_steps, name_of
+from ..evidence.scan import run_of, steps_of
 from .first_terms import Told
 
 #: the steps of a run that are looked at, of which one in `LONGEST` is seen three times
@@ -33,12 +35,28 @@ def of_event(case: Case) -> dict[str, Any] | None:
     if local.place is None or UNLIKE not in local.component:
         return None
     name, time = local.component.partition(" ")[0], float(local.place.t)
+    if _is_another(case.scheme, local.place.t):
+        said = (
+            f"the step at t = {time:.4g} is wrong in {name}, those before and after it are right, "
+            "and in the same run, made again, it is right: look for what is done by a count "
+            "of the calls, or by chance."
+        )
+        return {"cause": "unlike steps", "sentence": said, "evidence": {"time": time}}
     said = (
         f"the step at t = {time:.4g} is wrong in {name}, and those before and after it are right: "
         "look for what is done where something is crossed, or changes its sign; each run has such "
         "steps, however short they are."
     )
     return {"cause": "event", "sentence": said, "evidence": {"time": time}}
+
+
+def _is_another(scheme: Any, time: Fraction) -> bool:
+    """True if in the same run, made again, that step is as those beside it: no event's is."""
+    run = run_of.__wrapped__(scheme, steps_of(scheme))  # not the one that is kept
+    k = round(time / run.step)
+    at = np.arange(max(0, k - BESIDE), min(len(run.t) - 1, k + BESIDE + 1))
+    off = errors_of_steps(scheme, run, at)[0].max(axis=1)
+    return not off[at == k].max(initial=0.0) > CLEARLY * np.quantile(off, 0.25)
 
 
 def of_unlike_steps(case: Case) -> Told | None:

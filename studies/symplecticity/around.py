@@ -35,6 +35,7 @@ STANDS_OUT = 100
 #: a width so much smaller leaves a part of 256 of what differences err by, and a fault as it is
 FINER = 4
 LOOKED_AT = 3  # states that stand out most
+SIZES = 2**8  # of steps: two or three in a hundredth of a size, over the range that is drawn
 
 
 def conspicuous(case: Case, scale: Vector, seed: int, fewer: int = 1) -> tuple[list[Look], int]:
@@ -63,7 +64,7 @@ def conspicuous(case: Case, scale: Vector, seed: int, fewer: int = 1) -> tuple[l
 
 
 def _looks(scheme: Any, scale: Vector, seed: int, fewer: int) -> list[Look]:
-    """Return steps from drawn states: of four sizes, halved where the motion is fast."""
+    """Return steps from drawn states: of `SIZES` sizes, halved where the motion is fast."""
     drawn, random_of = np.random.default_rng(seed), random.Random(seed)
     only, own = scheme.rule.only_step, Fraction(scheme.scene.step)
     if in_box(scheme):
@@ -82,10 +83,10 @@ def _looks(scheme: Any, scale: Vector, seed: int, fewer: int) -> list[Look]:
     if only is not None:
         return [Look(z, Fraction(0), only, 1, np.inf) for z in starts]
     system = scheme.flow(own).system
-    sizes_of_steps = [own * random_fraction(random_of, 0.6, 1.7) for _ in range(4)]
+    sizes_of_steps = [own * random_fraction(random_of, 0.6, 1.7) for _ in range(SIZES)]
     looks = []
     for k, z in enumerate(starts):
-        fast, step = rate(system, z, scale, 0.0), sizes_of_steps[k % 4]
+        fast, step = rate(system, z, scale, 0.0), sizes_of_steps[k % SIZES]
         while np.isfinite(fast) and step * fast > 1:
             step /= 2
         looks.append(Look(z, Fraction(0), step, 1, fast))

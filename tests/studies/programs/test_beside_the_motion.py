@@ -72,3 +72,13 @@ def test_a_jacobian_that_is_wrong_in_a_sector(off):
     verdict = judged("symplecticity", "pendulum", box, causes=False)
     assert verdict["verdict"] == ("fail" if off else "pass")
     assert ("its jacobian is not the derivative" in verdict["reason"]) == bool(off)
+
+
+@pytest.mark.slow
+def test_a_form_that_is_lost_at_a_hundredth_of_the_sizes_of_steps():
+    @black_box(order=2, symplectic=True)
+    def narrow(q, p, h, s):
+        q, p = methods.kick_drift_kick(q, p, h, s)
+        return q, p * (1 - 1e-2 * h**3 * (0.0695 < h < 0.0705))
+
+    assert judged("symplecticity", "pendulum", narrow, causes=False)["verdict"] == "fail"

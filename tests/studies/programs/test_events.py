@@ -37,3 +37,19 @@ def test_a_step_that_is_wrong_where_it_meets_an_event_has_the_order_of_its_runs(
 def test_an_event_of_the_size_that_its_order_may_leave_is_none(change):
     """So is one that is lost in the rounding of the state."""
     assert judged("order", "pendulum", eventful(change), causes=False)["verdict"] == "pass"
+
+
+@pytest.mark.slow
+def test_a_step_that_is_wrong_by_a_count_of_calls_is_no_event():
+    """In the same run, made again, it is another step."""
+    calls = []
+
+    @black_box(order=2)
+    def counting(q, p, h, s):
+        calls.append(1)
+        share = (1.01 if len(calls) % 997 == 0 else 1) / 2
+        p = p - share * h * s.gradient(q, p)
+        q = q + h * s.velocity(q, p)
+        return q, p - share * h * s.gradient(q, p)
+
+    assert judged("order", "pendulum", counting)["diagnosis"]["cause"] == "unlike steps"
