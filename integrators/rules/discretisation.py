@@ -134,8 +134,9 @@ class Discretisation:
         if free := self.left_open:
             return (
                 f"{self.name} leaves {', '.join(free)} open: `discmech prove` says for which "
-                f"values it has which order; give a value, as in --vary {free[0]}=0:1:11 or "
-                f"parameters={{{free[0]!r}: 1}}."
+                f"values it has which order; give a value, as in "
+                f"FILE.py:{self.name}:{free[0]}=1/3, in --vary {free[0]}=0:1:11 "
+                f"or in parameters={{{free[0]!r}: 1}}."
             )
         asked = ["a formula"] * self.is_formula
         if self.stages or self.splits:

@@ -134,6 +134,8 @@ class _Parser(argparse.ArgumentParser):
         if left:
             near = nearest(left[0].partition("=")[0], self._option_string_actions)
             hint = f"; did you mean {near}?" if near else ""
+            if not left[0].startswith("-"):
+                hint = "; write names before the options"
             self.error(f"unrecognized arguments: {' '.join(left)}{hint}")
         return options, left
 

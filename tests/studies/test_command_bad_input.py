@@ -88,6 +88,8 @@ def test_bad_input_is_one_sentence_on_standard_error(ask, line, message):
      ("run pendulum --setp=5", "unrecognized arguments: --setp=5; did you mean --step?"),
      ("run", "required: scene"), ("list --jsn x", "unrecognized arguments: --jsn"),
      ("run pendulum --t 5", "unrecognized arguments: --t 5"),
+     ("compare midpoint --scene kepler rectangle",
+      "unrecognized arguments: rectangle; write names before the options"),
      ("order --steps", "expected one argument")],
 )  # fmt: skip
 def test_a_line_that_is_no_command_shows_the_usage(ask, line, message):

@@ -89,7 +89,9 @@ def test_a_rule_with_a_value_is_the_rule_written_with_it(mine):
     with pytest.raises(BadInput, match='no open number of euler "v"'):
         with_parameters(euler, {"v": 1})
     scene = scenes.get("pendulum")
-    assert "leaves w open" in euler.refusal(scene) and not of_scene(euler).refusal(scene)
+    assert "leaves w open" in euler.refusal(scene)
+    assert "FILE.py:euler:w=1/3, in --vary w=0:1:11" in euler.refusal(scene)
+    assert not of_scene(euler).refusal(scene)
 
 
 def case(w, order, size, digits=50, end=2.5):
