@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...equations import initial_momentum
 from ...errors import BadInput, StepFailure, arguments_checked, shown
 from ...flows import StepChoice, Trajectory
 from ...numbers import Matrix, Numbers, Vector, arithmetic, exact_rational
-from ...numbers.types import Exact, Given
+from ...numbers.types import Exact, Given, Number
 from ...runs import File, FlowRuns, Progress
 from .box_motion import BoxMotion
 from .calls import Box, BoxRaised, Calls
@@ -222,12 +223,15 @@ class BoxFlow(FlowRuns):
 
     def _at(self, k: int, t0: Exact) -> None:
         """Set the time of the scene in numbers to the beginning of step k."""
+        self.system.when = partial(self._time, k, t0)
+
+    def _time(self, k: int, t0: Exact) -> Number:
+        """Return the time at the beginning of step k of a run from t0."""
         time = t0 + k * self.step if k else t0
         if self.digits == 16:
-            self.system.t = float(time)
-            return
+            return float(time)
         with self.numbers.working():
-            self.system.t = self._public([self.numbers.number(time)])[0]
+            return self._public([self.numbers.number(time)])[0]
 
     def _written(self, x: Vector, mu: Vector, t0: Exact) -> tuple[Vector, Vector]:
         """Return (x, μ) in the box's own coordinates and numbers."""

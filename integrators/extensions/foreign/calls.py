@@ -103,11 +103,9 @@ class Calls:
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and p.ndim == 1, p.ndim == 2
         q, p = q.copy(), p.copy()
-        timed = self.system._clocked
         for k in numbers:
             made[0] = k
-            if timed:
-                at(k)
+            at(k)
             answer = function(q, p, *last)
             if type(answer) is not tuple or len(answer) != 2:
                 answer = self._pair(answer)
@@ -152,18 +150,16 @@ class Calls:
     def _with_memory(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
     ) -> None:
-        shapes, last, timed = (q.shape, p.shape), self._last, self.system._clocked
+        shapes, last = (q.shape, p.shape), self._last
         method = self.box.formula()
         at(0)
         state = method.start(q.copy(), p.copy(), self.h, *last["start"])
         for k in range(steps):
             made[0] = k
-            if timed:
-                at(k)
+            at(k)
             state = method.step(state, self.h, *last["step"])
             if (k + 1) % every == 0 or k + 1 == steps:
-                if timed:
-                    at(k + 1)
+                at(k + 1)
                 q, p = self._arrays(*self._pair(method.read(state, *last["read"])), shapes)
                 self._check_finite(k, q, p)
                 if (k + 1) % every == 0:

@@ -50,6 +50,9 @@ class SceneInNumbers:
     basis, velocities are natural ones; on a pair groupoid these are ∂L/∂v and v.
     """
 
+    #: the time of the step that is made, as a function, until the time is asked for
+    when: Callable[[], Number] | None = None
+
     def __init__(
         self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None = None
     ) -> None:
@@ -62,6 +65,17 @@ class SceneInNumbers:
         self.t: Number = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
         self._clocked = s.clocked
         self._closed = closed_velocity(s) is not None
+
+    @property
+    def t(self) -> Number:
+        """The time at the start of the step, computed when it is asked for."""
+        if self.when is not None:
+            self._t, self.when = self.when(), None
+        return self._t
+
+    @t.setter
+    def t(self, time: Number) -> None:
+        self._t, self.when = time, None
 
     @cached_property
     def parameters(self) -> ByName:
