@@ -85,7 +85,7 @@ def _is_same(made: Decision) -> bool:
         hints = get_type_hints(judge)
         kinds = [hints[name] for name in signature(judge).parameters]
         pairs = zip(kinds, made.arguments, strict=True)
-        answer = judge(*(read(kind, argument) for kind, argument in pairs))
+        answer = encoded(judge(*(read(kind, argument) for kind, argument in pairs)))
     except Exception:  # of another text: it is no longer there, or asks something else
         return False
     text = json.dumps(answer, default=_PLAIN)

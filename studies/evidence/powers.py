@@ -48,15 +48,15 @@ def powers_of(steps: Sequence[float], errors: Vector, left: Vector, power: int) 
     h, e, unit, usual = _known(steps, errors, left)
     if len(h) < FEWEST:
         return Powers()
-    hidden = np.inf
+    (own, *lower), hidden = _sums(power), np.inf
     for first in range(min(OUT, len(h) - FEWEST) + 1):
         x, y, weight = h[first:] / h[first], e[first:], unit[first:]
-        rests, factor = _rest(x, y, weight, [*range(power, power + TERMS + 1)])
+        rests, factor = _rest(x, y, weight, own)
         higher = float(np.abs(rests).max())
         if higher <= ROUNDED * usual:
             return Powers(power, factor / h[first] ** power)
-        for low in range(1, power):
-            rests, factor = _rest(x, y, weight, [low, *range(power, power + TERMS)])
+        for low, powers in enumerate(lower, 1):
+            rests, factor = _rest(x, y, weight, powers)
             rest = float(np.abs(rests).max())
             if rest <= ROUNDED * usual and higher > CLEARLY * max(rest, 1.0):
                 return Powers(low, factor / h[first] ** low)
