@@ -5,8 +5,6 @@
 >>> s.x, s.mu, s.certain_digits, s.certainty, s.evidence
 """
 
-from __future__ import annotations
-
 from .answer.result import Solution
 from .answer.solution import (
     follow,

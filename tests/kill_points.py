@@ -147,9 +147,6 @@ def run(program: Callable[[], int], folder: Path, point: int = 0) -> Ended:
     return Ended(os.waitstatus_to_exitcode(status), int(count) if found else 0, text)
 
 
-# -- programs, and what they leave ----------------------------------------------------------------
-
-
 def command(*words: str) -> Callable[[], int]:
     """The command, as `discmech` runs it."""
 

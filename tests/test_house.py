@@ -19,9 +19,6 @@ def offences(paths, forbidden, **how):
     return {file: names for file, names in found.items() if names}
 
 
-# -- who may import whom --------------------------------------------------------------------------
-
-
 def test_the_mathematics_imports_nothing_else_of_ours():
     others = ("discmech.reference", "discmech.studies", "tests")
     assert not offences(under("integrators"), others)
@@ -101,8 +98,6 @@ def test_the_rules_would_catch_an_offender():
     assert "llvmlite" in set(imported(hidden, "a.b", False))
     assert "llvmlite" not in set(imported(hidden, "a.b", False, typing=False))
 
-
-# -- the shape of the house -----------------------------------------------------------------------
 
 #: the rooms of the core, each below those that import it
 CORE = (

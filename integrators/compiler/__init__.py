@@ -3,8 +3,6 @@
 `compile(system, numbers, omit)` does all of it; a `KernelsAtStep` runs the result.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from ..numbers.lazy import on_demand

@@ -3,8 +3,6 @@
 Importing this package loads neither sympy nor gmpy2.
 """
 
-from __future__ import annotations
-
 from .arithmetic import (
     MOST_DIGITS,
     Arithmetic,

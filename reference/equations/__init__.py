@@ -1,7 +1,5 @@
 """The continuous equations of a scene, derived exactly from its data on its Lie algebroid."""
 
-from __future__ import annotations
-
 from .algebroid import Algebroid, algebroid_of
 from .euler_lagrange import (
     Balance,

@@ -1,7 +1,5 @@
 """The Taylor integration: equations as a tape, read as power series (mpfr) and as balls (arb)."""
 
-from __future__ import annotations
-
 from .integration import (
     BITS,
     STEP_BITS,

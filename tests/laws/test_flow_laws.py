@@ -76,9 +76,6 @@ def work(digits):
     return mpmath.workdps(digits + 10)
 
 
-# -- Ψ and its inverse ----------------------------------------------------------------------------
-
-
 @pytest.mark.dear("driven-heavy-top", "along", "charged")
 @everywhere
 @both_precisions
@@ -173,9 +170,6 @@ def test_a_step_back_is_the_inverse_of_self_adjoint_rules_and_of_no_others(scene
         again = back.dual_step(run.base[1], run.mu[1])
         gap = distance(again, (run.base[0], run.mu[0]))
     assert gap < 1e-44 if scheme(scene, rule).self_adjoint else gap > 1e-12
-
-
-# -- trajectories ---------------------------------------------------------------------------------
 
 
 @every_scheme

@@ -61,9 +61,6 @@ def unit(length, i):
     return eye(length)[:, i]
 
 
-# -- axioms ---------------------------------------------------------------------------------------
-
-
 @everywhere
 @at_steps
 def test_axioms(g, stratum, h):
@@ -79,9 +76,6 @@ def test_increment_is_the_way_to_the_target(g, stratum, h):
     point = arrows(g, stratum, h)
     x, u = point["x"], point["u"]
     assert vanishes(g.increment(x, u, h) - (g.target(x, u, h) - x))
-
-
-# -- derived objects ------------------------------------------------------------------------------
 
 
 @pytest.mark.dear("group(se(2))")
@@ -160,9 +154,6 @@ def test_elements_multiply_and_act(name, stratum):
     assert vanishes(g.element(u, h) * g.element(u, h).T - eye(3))
     if g.dim_x:
         assert vanishes(g.target(point["x"], u, h) - (point["x"].T * g.element(u, h)).T)
-
-
-# -- points of a step -----------------------------------------------------------------------------
 
 
 @pytest.mark.dear("action(so(3))-", "action(so(3), rows=3)", "action(so(3), stereographic)",

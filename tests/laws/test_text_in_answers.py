@@ -1,7 +1,5 @@
 """A number that a user's function gives as text is that number, for rules and references alike."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

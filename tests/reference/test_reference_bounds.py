@@ -122,9 +122,6 @@ def test_what_cannot_be_proven_is_said(monkeypatch):
     assert "to first order" in found.evidence
 
 
-# -- the attempts to have a bound ------------------------------------------------------------------
-
-
 def attempts(monkeypatch, certain, lost=2.5, held=lambda digits: True, unproven=0.0):
     """(digits, proving) of all runs for 30 digits, and what the last one was, by faked bounds.
 

@@ -38,8 +38,6 @@ from discmech.reference.taylor.balls import (
 )
 from tests.reference.elementary import FUNCTIONS, X, Y, one_equation, system
 
-# -- balls ----------------------------------------------------------------------------------------
-
 
 def fraction(number):
     """An arb number without a radius, exactly."""
@@ -126,9 +124,6 @@ def contains_derivatives(equations, centre, size=0.01):
         assert all(e.rad() < 1 + 2 * most for e in over.entries())
 
 
-# -- power series by the sizes of their terms -----------------------------------------------------
-
-
 def by_hand(terms, error, size=1):
     """A majorant and its terms as fractions; all exact in 53 bits."""
     made = majorant([gmpy2.mpfr(t) for t in terms], [gmpy2.mpfr(abs(t)) for t in terms], size)
@@ -158,9 +153,6 @@ def test_the_least_value_of_a_node():
         for terms, error in (((1, -0.5), 1), ((0, 1, 0), 0)):
             with pytest.raises(Unproven, match="comes near zero"):
                 by_hand(terms, error)[0].least()
-
-
-# -- the errors of the nodes of a step ------------------------------------------------------------
 
 
 def by_hand_remainders(*known):
@@ -292,9 +284,6 @@ def test_series_that_are_not_finite_prove_nothing():
         remainders.Remainders(program, Step(nodes, gmpy2.mpfr(1), []), 2, 100)
 
 
-# -- a step as the tube sees it -------------------------------------------------------------------
-
-
 def test_what_is_kept_of_a_step_bounds_it():
     """Defect, jump and what is cut off, against fractions: rounded up, and hardly larger."""
     program = compile_series(one_equation(X**2 / 3))
@@ -358,8 +347,6 @@ def test_the_boxes_of_a_step_cover_it_without_a_gap():
         ends = [(middle - width / 2, middle + width / 2) for middle, width in shares]
         assert [a for a, _ in ends] + [1] == [0] + [b for _, b in ends] and len(ends) == count
 
-
-# -- errors along the tube ------------------------------------------------------------------------
 
 ROOM = Fraction(tube.ROOM)
 
@@ -533,9 +520,6 @@ def test_what_is_carried_beyond_all_numbers_bounds_nothing():
         assert not any(e.is_finite() for e in carried.error().entries())
 
 
-# -- an integration with its bounds ---------------------------------------------------------------
-
-
 def test_the_precision_of_others_is_left_alone():
     before = ctx.prec
     enclose(one_equation(X), compile_series(one_equation(X)), [Fraction(1)], TaylorSettings(20))
@@ -607,9 +591,6 @@ def test_rows_of_constraints_are_independent_all_along_a_step():
                 integrate(equations, program, [Fraction(1)], TaylorSettings(20))
         else:
             assert integrate(equations, program, [Fraction(1)], TaylorSettings(20)).states
-
-
-# -- what is told of it ---------------------------------------------------------------------------
 
 
 def test_the_error_of_a_momentum_is_that_of_all_states_in_the_box():

@@ -118,9 +118,6 @@ def scene(drawn: random.Random, **given: Any) -> Scene:
     return Scene(name=f"random-{kind}", **{**made, **values})
 
 
-# -- faults of the contact -------------------------------------------------------------------------
-
-
 class WrongRebound(LocatedSteps):
     """The restitution is off by a factor."""
 
@@ -232,9 +229,6 @@ def faulty(drawn: random.Random) -> tuple[str, dict[str, Any], Any, Any]:
         return h * (L(m, u) - (off * potential if kind == "force" else 0))
 
     return name, {}, None, wrong
-
-
-# -- trials ----------------------------------------------------------------------------------------
 
 
 @contextmanager

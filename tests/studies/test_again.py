@@ -95,8 +95,6 @@ def test_a_claim_is_never_printed_as_an_answer(claim):
     assert of_schemes(StudyResult(schemes=[about])) == [f"euler: {said}"]
 
 
-# -- objects that a word finds --------------------------------------------------------------------
-
 RULES = [*rules.names(), "gauss-3", "kahan-li-8:midpoint", "triple-jump:gauss-2", "own",
          "reversible:midpoint", "poincare:kahan-li-8:midpoint"]  # fmt: skip
 
@@ -187,9 +185,6 @@ def test_a_rule_of_a_list_in_a_module_is_named_by_its_file(tmp_path, monkeypatch
     word = f"{tmp_path}/family_of_mine.py:at-3"
     whole = f"discmech order harmonic --rule {word} --digits 16 --steps 4"
     assert [case["command"] for case in found["cases"]] == [whole] == [found["command"]]
-
-
-# -- programs with one motion of their own --------------------------------------------------------
 
 
 @black_box(order=2)

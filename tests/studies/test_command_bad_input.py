@@ -12,8 +12,6 @@ import pytest
 from discmech.studies import get
 from discmech.studies.command.entry import main
 
-# -- bad input ------------------------------------------------------------------------------------
-
 BAD = [
     ("run pendulm", 'there is no scene "pendulm": did you mean pendulum?'),
     ("order nothing-like-it", "there are harmonic, pendulum, double-pendulum"),

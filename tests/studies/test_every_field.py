@@ -332,9 +332,6 @@ def test_what_hides_what_it_holds_is_measured_each_time():
     file.close()
 
 
-# -- what a function reads that is not named in it ------------------------------------------------
-
-
 class Base:
     strength = 1
 

@@ -109,9 +109,6 @@ def test_a_full_disk_is_a_sentence(monkeypatch):
     assert figures(History(Store()), order()) == ["1.0000"]
 
 
-# -- the line -------------------------------------------------------------------------------------
-
-
 def past(*figures, verdicts=None, commit="abc1234"):
     said = verdicts or ["pass"] * len(figures)
     return [Found(f"2026-11-{k + 1:02}T10:00:00+00:00", commit, figure, verdict)

@@ -1,7 +1,5 @@
 """The study of lattices whose bonds have constraints: linkages, and faults that it has to see."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Energy and momenta of lattices as sums, and what round-off does to them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Single steps of whole lattices: each site and bond is judged by what runs ask of the rule."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The study of lattices: what is right passes, faults are caught, and other studies leave it."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from dataclasses import replace
 from types import SimpleNamespace

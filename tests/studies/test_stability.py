@@ -107,9 +107,6 @@ def test_the_limit_is_where_the_first_run_is_not_bounded():
     assert limits(stiffer) == {"3": 0.0} and limits(rows + stiffer) == {"2": 0.1, "3": 0.0}
 
 
-# -- maps -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_fpu_ends_where_the_linear_theory_says_for_trapezoidal_and_not_for_imex():
     rows = {

@@ -62,9 +62,6 @@ def passes(found):
     assert found["reason"] == ""
 
 
-# -- order ----------------------------------------------------------------------------------------
-
-
 def has_its_order(scene, rule, digits, tolerance, retraction=None):
     wanted = expected_order(scene, rule)
     found = order_holds(rule, scene, wanted, digits=digits, retraction=retraction)
@@ -95,9 +92,6 @@ def test_order_in_double_precision(scene, rule):
 @pytest.mark.parametrize(("scene", "rule"), in_turn(1))
 def test_order_at_50_digits(scene, rule):
     has_its_order(scene, rule, 50, 0.01)
-
-
-# -- symplecticity --------------------------------------------------------------------------------
 
 
 def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
@@ -141,9 +135,6 @@ def test_symplectic_at_50_digits(scene, rule):
     is_symplectic(scene, rule, 50, 1e-45, 8)
 
 
-# -- momentum -------------------------------------------------------------------------------------
-
-
 def keeps_its_momenta(scene, rule, digits, limit, steps, retraction=None):
     found = momentum_holds(rule, scene, digits=digits, steps=steps, retraction=retraction)
     names = [q.name for q in scenes.get(scene).symmetries if q.to_roundoff]
@@ -169,9 +160,6 @@ def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)
 
 
-# -- another retraction --
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), [
     pytest.param(*pair, marks=() if pair == ("rigid-body", "midpoint") else pytest.mark.slow)
@@ -183,9 +171,6 @@ def test_the_laws_hold_with_the_exponential(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 24, "exponential")
     if (scene, rule) in with_quantities:
         keeps_its_momenta(scene, rule, 16, 1e-12, 1000, "exponential")
-
-
-# -- energy ---------------------------------------------------------------------------------------
 
 
 def keeps_energy_in_a_band(scene, rule, steps):
@@ -247,9 +232,6 @@ def test_energy_over_a_million_steps(scene, rule):
 def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
     """A law of its own: on the harmonic oscillator nothing but round-off is left of the band."""
     assert keeps_energy_in_a_band("harmonic", "midpoint", 10**4) < 1e-13
-
-
-# -- results --------------------------------------------------------------------------------------
 
 
 def usual_rule(study):

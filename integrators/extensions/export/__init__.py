@@ -3,8 +3,6 @@
 `export(scheme, language)` prints the scheme's own kernels, the driver of `stepping` and a harness.
 """
 
-from __future__ import annotations
-
 from .exported import exportable
 from .writing import LANGUAGES, as_written, export
 

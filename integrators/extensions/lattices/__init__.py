@@ -1,7 +1,5 @@
 """Lattices: many sites of one groupoid; the equations are derived for one site and one bond."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from ...numbers.lazy import on_demand

@@ -1,7 +1,5 @@
 """Runs whose every step is proven to exist, with a bound of its distance from the exact run."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from ...numbers.lazy import on_demand

@@ -1,7 +1,5 @@
 """Steps that vary: any rule in a time of its own, in which the motion is even."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from ...numbers.lazy import on_demand

@@ -65,9 +65,6 @@ def systematic() -> Iterator[Fault]:
             yield Fault(scene, rule, "equation.stages_at_points", operator)
 
 
-# -- by name --------------------------------------------------------------------------------------
-
-
 def _text(old: str, new: str) -> Any:
     """A change of the driver's text; None where it does not stand or would change nothing.
 
@@ -154,9 +151,6 @@ def coefficients() -> Iterator[Fault]:
             yield Fault(scene, rule, "coefficients", change, words=words)
 
 
-# -- the paper's misprints (PAPER.md) -------------------------------------------------------------
-
-
 def _entry(row: int, column: int, old: str, new: str) -> Any:
     """One entry, a letter or power in it replaced: both are written as sympy reads them."""
 
@@ -215,9 +209,6 @@ def _times_u(matrix: Any, generator: Any, h: Any) -> Any:
     """τ(hξ) where τ(ξ) is meant: the step once too often, here a tenth."""
     letters = [s for s in matrix.free_symbols if str(s).startswith("u_")]
     return matrix.xreplace({s: s / 10 for s in letters})
-
-
-# -- forces and constraints -----------------------------------------------------------------------
 
 
 def _at_start(parts: Any, generator: Any, scheme: Any) -> Any:

@@ -117,9 +117,6 @@ class FaultyCase(Case):
         return faulty_scheme(self.fault)
 
 
-# -- rules ----------------------------------------------------------------------------------------
-
-
 def _in_rule(fault: Fault, rule: Discretisation, site: str) -> Discretisation:
     """The rule with a slip in its value, or in the first question of its kind that has a place."""
 
@@ -198,8 +195,6 @@ def _in_force(fault: Fault, scheme: Scheme) -> dict[str, Any]:
     minus, plus = free.minus + minus, free.plus + plus
     return {"minus": minus, "plus": plus, "gain": plus - minus}
 
-
-# -- groupoids ------------------------------------------------------------------------------------
 
 #: what each map is a function of, by the names of the groupoid's symbols
 MAPS = {

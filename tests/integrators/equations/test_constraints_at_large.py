@@ -1,7 +1,5 @@
 """Constraints in other units, without mass, and under compositions of a rule and its adjoint."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 import sympy

@@ -105,9 +105,6 @@ def all_close(found, wanted, digits=35):
     return all(close(a, b, digits) for a, b in pairs)
 
 
-# -- from the definitions -------------------------------------------------------------------------
-
-
 @pytest.mark.dear(
     but=(
         "pendulum",
@@ -191,9 +188,6 @@ def test_FL_W_and_omega(scene, rule):
     assert omega.shape == (2 * m, 2 * m)
     assert (omega + omega.T).is_zero_matrix
     assert omega[:m, m:] == of.W
-
-
-# -- structure ------------------------------------------------------------------------------------
 
 
 def test_no_base_no_rho():

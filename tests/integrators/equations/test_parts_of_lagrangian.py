@@ -1,7 +1,5 @@
 """L.potential, L.gradient and L.mass inside of a rule: force gradients in four lines."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy

@@ -34,9 +34,6 @@ SOME = [
 some_schemes = pytest.mark.parametrize(("scene", "rule"), named(SOME))
 
 
-# -- rows -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.sampled
 @some_schemes
 @pytest.mark.parametrize("digits", [16, 30])
@@ -81,9 +78,6 @@ def test_steps_may_be_numpy_integers():
     assert len(flow("pendulum", "midpoint", "1/20").trajectory(np.int64(3), np.int32(2)).t) == 2
 
 
-# -- memory ---------------------------------------------------------------------------------------
-
-
 def peak_of(steps):
     f = flow("pendulum", "trapezoidal", "1/20")
     f.trajectory(10)
@@ -112,8 +106,6 @@ def test_memory_is_that_of_the_rows(steps):
     assert peak < 8 * rows_cost(run) + 200_000
     assert np.isfinite(run.mu).all()
 
-
-# -- what is compiled, and when -------------------------------------------------------------------
 
 FIRST = """
 import sys, warnings
@@ -213,9 +205,6 @@ def test_a_cache_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
     monkeypatch.setenv("DISCMECH_CACHE", str(blocked))
     assert kernels(Scheme(SCENES["harmonic"], trapezoidal))[0]
     assert blocked not in places.cache_folder().parents
-
-
-# -- runs that fail in the middle -----------------------------------------------------------------
 
 
 def vanishing_mass(x, v, p):

@@ -92,9 +92,6 @@ def test_textbooks_tell_each_other_apart():
             assert abs(ends[i][0] - ends[j][0]) > 1e-5
 
 
-# -- rotations, by 3-vectors ----------------------------------------------------------------------
-
-
 def newton(residual, jacobian, u):
     """Until the correction is round-off."""
     before = None

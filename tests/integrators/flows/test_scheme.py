@@ -17,9 +17,6 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
 from tests.objects import ALIKE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
 
-# -- other values ---------------------------------------------------------------------------------
-
-
 KEPLER = {"parameters": {"strength": 2}, "x0": ["1/2", "1/3"]}
 PENDULUM = {"parameters": {"gravity": 3}, "x0": ["1/2"]}
 
@@ -61,9 +58,6 @@ def test_what_was_derived_cannot_change():
         scheme.at(x0=[1, 1, 1])
     with pytest.raises(BadInput, match="no parameter 'mass'"):
         scheme.at(parameters={"mass": 1})
-
-
-# -- self-adjointness and order -------------------------------------------------------------------
 
 
 @pytest.mark.slow

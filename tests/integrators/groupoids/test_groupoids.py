@@ -99,9 +99,6 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
         g.inversion(g.symbols["x"], g.symbols["u"], g.symbols["h"])
 
 
-# -- shapes and names -----------------------------------------------------------------------------
-
-
 def test_target_and_product_may_be_columns():
     g = LocalGroupoid(
         2, 2, target=lambda x, u, h: x + h * u, product=lambda x, u, v, h: u + v, name="plane"

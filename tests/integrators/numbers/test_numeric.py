@@ -124,9 +124,6 @@ def test_functions_that_no_arithmetic_has_are_refused():
         numeric({"x": X}, [Abs(X[0]).diff(X[0])], arithmetic(16))
 
 
-# -- linear equations and Newton ------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize("size", [0, 1, 2, 5])
 def test_determinant_solution_and_identity(size, digits):

@@ -113,9 +113,6 @@ def test_structure_constants_that_are_no_doubles_are_exact():
     assert max(abs(evaluate_matrix(dexp * inverse - eye(3), 60))) < Rational(1, 10**58)
 
 
-# -- what does not fit ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("algebra", [sl(3), su(3)], ids=lambda a: a.name)
 def test_cayley_is_refused_where_it_leaves_the_group(algebra):
     with pytest.raises(BadInput, match=r"does not map s[lu]\(3\) into its group .*exponential"):

@@ -77,8 +77,6 @@ def test_a_wrong_digit_is_seen(name):
         assert defect(generators(method, numbers, top), top) > mpmath.mpf(10) ** -33
 
 
-# -- published decimals ---------------------------------------------------------------------------
-
 PUBLISHED = {
     # of self-adjoint steps: γ₁ γ₂ …
     "kahan-li-6": "0.39216144400731413927925056 0.33259913678935943859974864 "

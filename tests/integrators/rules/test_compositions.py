@@ -51,9 +51,6 @@ def close(a, b, limit=1e-44):
     return gap <= limit * (1 + max(map(abs, b), default=0))
 
 
-# -- adjoints -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("scene", "rule"), [
     ("kepler", "rectangle"), ("rigid-body", "midpoint"), ("heavy-top", "rectangle"),
     ("affine-on-line", "midpoint"),
@@ -110,9 +107,6 @@ def test_the_adjoint_of_a_discrete_lagrangian_that_a_scene_gives(scene):
     ends = [composed.flow(f"1/{n}", 30).trajectory(n, n, mu0=mu0).mu[-1] for n in (10, 20, 40)]
     first, second = (float(max(abs(a - b))) for a, b in itertools.pairwise(ends))
     assert np.log2(first / second) == pytest.approx(4, abs=0.05)
-
-
-# -- flows ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.dear("on-", "plane")

@@ -59,9 +59,6 @@ def close(a, b, limit=1e-44):
     return gap <= limit * (1 + max(map(abs, b), default=0))
 
 
-# -- from first principles ------------------------------------------------------------------------
-
-
 class Numbers:
     """L_d of a scheme as a function of numbers, by the rule's formula and the groupoid's maps."""
 
@@ -166,9 +163,6 @@ def test_a_rule_by_hand_is_the_family_s():
             assert close(one.x.ravel(), two.x.ravel())
 
 
-# -- structure ------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top"])
 def test_a_stale_stage_is_caught(scene):
@@ -212,9 +206,6 @@ def test_derivatives_are_schur_complements():
         abs(e.xreplace(point).evalf(60)) < 1e-45
         for e in of.discrete.written_out(of.discrete.stage_equations)
     )
-
-
-# -- textbooks ------------------------------------------------------------------------------------
 
 
 def runge_kutta(force, tableaus, x, mu, h):
@@ -266,9 +257,6 @@ def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
             assert close(one.mu.ravel(), two.mu.ravel(), 1e-47)
 
 
-# -- self-adjointness and order -------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("scene", "rule", "wanted"), [
     ("pendulum", "gauss-3", True), ("kepler", "gauss-2", True), ("moving-mass", "gauss-1", True),
     # the reversed curve is no polynomial in the chart of the inverse
@@ -300,9 +288,6 @@ def test_velocities_of_curves_have_their_order_in_every_chart():
             ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
         errors = [float(max(abs(end - ends[-1]))) for end in ends[:2]]
         assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.05)
-
-
-# -- kernels --------------------------------------------------------------------------------------
 
 
 def test_an_affine_system_takes_one_correction():

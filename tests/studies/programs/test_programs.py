@@ -28,8 +28,6 @@ from . import methods
 from .judging import judged
 from .methods import kick_drift_kick
 
-# -- kinds of programs -----------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(("numbers", "kind"), [("double", float), ("float32", np.float32)])
 def test_the_step_is_a_plain_number(numbers, kind):
@@ -99,9 +97,6 @@ def test_a_hamiltonian_in_numbers():
         Scheme(wrong, methods.verlet)
     with pytest.raises(BadInput, match="only black boxes run on it"):
         Scheme(scene, rules.midpoint)
-
-
-# -- noise that is none ----------------------------------------------------------------------------
 
 
 def test_the_round_off_near_a_pole_is_no_jump():
@@ -255,9 +250,6 @@ def test_a_force_with_a_potential_leaves_the_form_to_be_kept(force, verdict):
     assert ("forced" in str(found["expected"].get("not_demanded"))) == (verdict == "measured")
 
 
-# -- what is remembered ----------------------------------------------------------------------------
-
-
 def test_what_all_that_it_reads_is_known_of_is_remembered(tmp_path):
     def key(box):
         case = Case("order", scenes.get("pendulum"), box, 16, None)
@@ -285,9 +277,6 @@ def test_what_all_that_it_reads_is_known_of_is_remembered(tmp_path):
         external(words, files=["gone"])
     with pytest.raises(BadInput, match="give a list of paths"):
         external(words, files="code.py")
-
-
-# -- what may be given beside a step ---------------------------------------------------------------
 
 
 def jacobian(q, p, h, s):
@@ -380,9 +369,6 @@ def test_a_flipped_term_of_second_order_is_named():
 
     found = judged("order", "pendulum", velocity_verlet)["diagnosis"]
     assert found["cause"] == "flipped sign" and "h² of x" in found["sentence"]
-
-
-# -- without a scene -------------------------------------------------------------------------------
 
 
 def test_an_order_by_its_own_runs_says_that_their_limit_may_be_wrong(tmp_path):

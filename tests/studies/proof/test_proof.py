@@ -86,9 +86,6 @@ def test_a_budget_ends_a_block_that_swallows_errors():
         raise AssertionError("nothing is left")
 
 
-# -- what is right ---------------------------------------------------------------------------------
-
-
 @pytest.mark.dear(but=("midpoint", "2]", "heun", "verlet", "[trapezoidal"))
 @pytest.mark.parametrize("name", ["midpoint", "trapezoidal", "gauss-2", "lobatto-3", "heun",
                                   "runge-kutta-4", "implicit-midpoint", "stoermer-verlet",
@@ -175,9 +172,6 @@ def test_a_class_of_its_own():
     assert found.classes["H(x, μ), n = 1"].proven is False
 
 
-# -- what is wrong ---------------------------------------------------------------------------------
-
-
 def wrong_rules():
     """Forty rules with one number that is off, by 1e-9 or more, and the order that they state."""
     draw, cases = random.Random(5), []
@@ -238,9 +232,6 @@ def test_a_force_gradient_rule_is_proven_for_the_class_that_it_is_meant_for():
     assert (order, proven) == (4, True)
 
 
-# -- what is not decided, and why ------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_decimals_are_said_to_be_decimals():
     assert main(["prove", "kahan-li-6:midpoint", "--groupoid", "time"]) == 3
@@ -272,9 +263,6 @@ def test_transcendental_numbers():
     found = prove(cancels, 1, groupoid="time", laws=())
     assert found.proven
     assert proven(cancels, 2) is None  # π may be anything that is not known
-
-
-# -- open numbers and the leading error ------------------------------------------------------------
 
 
 @slow
@@ -393,9 +381,6 @@ def test_leading_errors_by_hand(rule, wanted):
 def test_the_leading_error_on_the_straight_path_is_that_of_the_quadrature():
     found = prove("gauss-2", groupoid="pair", laws=()).leading
     assert found["L_xxxx(v, v, v, v)"] == Fraction(7, 36) / 24 - Fraction(1, 120)
-
-
-# -- the command and bad input ---------------------------------------------------------------------
 
 
 def test_the_command(tmp_path, capsys):

@@ -8,8 +8,6 @@ from discmech import Scene, Scheme, midpoint, pair, trapezoidal
 from discmech.integrators.rules import get
 from tests.integrators.extensions.contact.motions import BALL, BLOCK, SPRING, run, scheme
 
-# -- closed forms ---------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize("digits", [16, 30])
 def test_impacts_of_a_ball_are_where_they_are(digits):
@@ -63,9 +61,6 @@ def test_a_block_on_a_steep_slope_slides_on():
     found = Scheme(BLOCK.with_values(friction="0.1"), trapezoidal).flow("0.1").trajectory(40)
     rate = 0.28 - 0.1 * 0.96
     assert abs(found.x[-1, 0] - (4 + rate * 8)) < 1e-12
-
-
-# -- orders ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

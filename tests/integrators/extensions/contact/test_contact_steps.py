@@ -14,8 +14,6 @@ from discmech.integrators.rules import get
 from discmech.studies.contact.laws import defects, energies
 from tests.integrators.extensions.contact.motions import BALL, run, scheme
 
-# -- several contacts -----------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 @pytest.mark.parametrize("name", [

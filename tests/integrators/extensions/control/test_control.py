@@ -38,9 +38,6 @@ def plane(**changes):
     return mass(groupoid=pair(2), x0=[0, 0], v0=[0, 0], **changes)
 
 
-# -- closed forms ---------------------------------------------------------------------------------
-
-
 def from_rest_to_rest(t):
     return np.array([3 * t**2 - 2 * t**3, 6 * t - 6 * t**2, -12 + 0 * t, 12 * t - 6]).T
 
@@ -89,9 +86,6 @@ def test_the_closed_forms_are_met_to_ten_digits():
 def test_rectangle_is_of_order_one():
     coarse, fine = (errors("oscillator", k, rectangle)[0] for k in (40, 80))
     assert abs(np.log2(coarse / fine) - 1) < 0.1
-
-
-# -- what the equations are -----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["pendulum", pytest.param("heavy-top", marks=pytest.mark.slow)])

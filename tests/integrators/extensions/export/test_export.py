@@ -234,9 +234,6 @@ def test_whole_numbers_that_no_int_holds_are_floats(language):
     assert not re.search(r"(?<![\d.e])\d{11,}(?![\d.e])", text)
 
 
-# -- JAX -------------------------------------------------------------------------------------------
-
-
 def in_jax(scheme):
     pytest.importorskip("jax", reason="pip install jax")
     found = types.ModuleType("exported")
@@ -292,9 +289,6 @@ def test_in_jax_parameters_have_derivatives_and_a_failed_step_is_nan():
     assert abs(float(jax.grad(end)(1.0)) - exact[1]) < 1e-12
     assert not np.isfinite(file.step(file.begin(), np.inf).x).any()
     assert np.isfinite(file.energy(file.begin()))
-
-
-# -- Julia -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("scene", "rule"), [

@@ -1,7 +1,5 @@
 """The beam's flexural frequencies against those of Euler and Bernoulli, free at both ends."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

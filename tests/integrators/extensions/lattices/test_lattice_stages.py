@@ -47,9 +47,6 @@ def test_bodies_run_by_stages_as_by_newton(kind, rule):
     assert abs(one.past[0] - two.past[0]).max() < ROUND_OFF
 
 
-# -- where it is not solved so ---------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("lattice", "rule"),
     [(fput(), gauss(2)), (systems.rods(3), midpoint), (SITES["group"](), lobatto(3)),
