@@ -28,7 +28,6 @@ class Hook:
         self._load = load
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """Call what it stands for."""
         if self._load is None:
             raise CannotMeasure(f"{self.what}: that extension is not a part of this copy.")
         return self._load()(*arguments, **named)

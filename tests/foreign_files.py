@@ -41,7 +41,6 @@ def foreign_files(folder: Path, days: float) -> dict[str, Seen]:
 
 
 def files_in(folder: Path) -> dict[str, Seen]:
-    """What is known of all files in a folder."""
     return {str(path.relative_to(folder)): _seen(path)
             for path in sorted(folder.rglob("*")) if path.is_file()}  # fmt: skip
 

@@ -204,7 +204,6 @@ def beside() -> int:
 
 
 def rows_of(folder: Path) -> Any:
-    """The rows on disk."""
     import numpy as np
 
     return [np.load(path).tobytes() for path in sorted(folder.glob("run.npz.*.npy"))]

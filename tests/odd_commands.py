@@ -126,7 +126,6 @@ class Odd:
         return self.chance.choice(self.chance.choice((NUMBERS, NAMES, WORDS, PATHS)))
 
     def line(self) -> list[str]:
-        """A command line."""
         choose, chance = self.chance.choice, self.chance.random
         command = choose([*self.options])
         words = list(choose(BASE.get(command, (STUDIED,))))
@@ -150,7 +149,6 @@ class Odd:
 
 
 def files(folder: Path) -> None:
-    """The odd files."""
     for name, content in FILES.items():
         held = content if isinstance(content, bytes) else content.encode()
         (folder / name).write_bytes(held)

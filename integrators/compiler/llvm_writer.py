@@ -169,7 +169,6 @@ class Module:
         return filled(result_form, numbers, known=False)
 
     def _zeros(self, rows: int, columns: int) -> Array:
-        """Return a matrix of zeros."""
         place = self.routine.memory("f", rows * columns, columns)
         name, size = "@llvm.memset.p0.i64", 8 * rows * columns
         self.declared[name] = f"declare void {name}(ptr, i8, i64, i1)"

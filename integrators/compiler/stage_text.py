@@ -221,7 +221,6 @@ class StageText:
         return self._function("update", {**self._ends, **errors}, grown)
 
     def _lost(self, name: str, beside: Letters) -> list[Node]:
-        """Return letters of what is lost of each entry of a column."""
         return self.system.graph.letters(
             sympy.Symbol(f"{name}_{i}", real=True) for i in range(len(beside))
         )

@@ -154,7 +154,6 @@ def _gap(
 
 
 def _in(numbers: Arithmetic, values: Numbers) -> Vector:
-    """Return a vector of an arithmetic's numbers."""
     return numbers.array([numbers.number(e) for e in values], len(values))
 
 

@@ -172,7 +172,6 @@ class DiscreteLagrangian:
         self.value = self.value + weight * value
 
     def _act(self, point: list[Node], weight: Node, force: list[Node]) -> None:
-        """Add a weighted force at a point."""
         if not force:
             return
         if any(point == e for e in (self.x, *(p.nodes for p in self.moved))):

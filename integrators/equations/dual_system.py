@@ -359,7 +359,6 @@ class DualSystem:
         return self._points[values]
 
     def _field(self, at: Point) -> Column:
-        """Return (ẋ, μ̇) at a point, as letters."""
         return self._placed(at, "zf", lambda: rates(self._s)[: self.n + self.m, :])
 
     def _force(self, at: Point) -> Column:

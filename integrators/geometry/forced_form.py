@@ -62,7 +62,6 @@ def work_differential(geometry: StepMap, x: Vector, u: Vector, here: Maps) -> Tr
 
 
 def _diagonal(numbers: Arithmetic, blocks: list[Array]) -> Array:
-    """Return the block-diagonal matrix of square blocks."""
     sizes = [block.shape[0] for block in blocks]
     return np.block([
         [blocks[i] if i == j else numbers.zeros(a, b) for j, b in enumerate(sizes)]

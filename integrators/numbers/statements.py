@@ -235,7 +235,6 @@ class Texts:
         return text
 
     def _product(self, factors: list[Value]) -> str:
-        """Return factors over factors."""
         operations, below, above = self.operations, [], []
         for f in factors:
             number = f >> 1

@@ -69,7 +69,6 @@ def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
 def _findings(
     equations: Equations, bounds: BlockBounds, enclosure: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
-    """Return the finding at each time, from the bounds."""
     blocks = all_blocks(equations, enclosure.sweep, settings.working)
     findings = {}
     for t, errors in enclosure.bounds.items():

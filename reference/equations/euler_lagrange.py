@@ -444,7 +444,6 @@ def _start(
 
 
 def _numbers(scene: Any, name: str, start: Any, wanted: int) -> tuple[sympy.Expr, ...]:
-    """The entries of a start as exact numbers."""
     if len(start) != wanted:
         raise ReferenceFailure(
             f"{name} of scene {scene.name} has {len(start)} entries where its groupoid "

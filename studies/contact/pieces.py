@@ -62,7 +62,6 @@ def _row(run: Trajectory, k: int) -> tuple[float, Any, Any]:
 
 
 def _of_step(flow: Any, run: Trajectory, k: int, impacts: list[int], located: bool) -> float:
-    """Return the miss of step k with these impacts."""
     h, each, total = float(run.step), run.impacts, abs(run.impulses[k]).max()
     others = abs(run.impulses[k] - sum(each.impulses[j] for j in impacts)).max()
     ends = abs(float(each.t[impacts[-1]] - run.t[k + 1])) <= 1e-9 * h

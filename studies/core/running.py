@@ -67,7 +67,6 @@ def run_studies(
 
 
 def _why_none(plan: Plan, study: Study) -> str:
-    """Return the reason why a study has no case."""
     choice = plan.choice
     names = ", ".join(s.name for s in choice.scenes)
     if said := apart(choice, study):
@@ -206,7 +205,6 @@ def about_remembered(remembered: int, cases: int) -> list[str]:
 
 
 def _stored_results(plan: Plan, store: Store) -> Iterator[tuple[Place, AnyResult]]:
-    """Yield the results that the store has."""
     for place, case in plan.places():
         study = plan.studies[place[0]]
         earlier = found_by(store, study, case, key_of(study, case), only=True)

@@ -79,7 +79,6 @@ def _space(case: Case) -> str:
 
 
 def _of_kind(case: Case, kind: str) -> list[Row]:
-    """Return the rows of one kind."""
     return [row for row in case.rows if row.kind == kind]
 
 

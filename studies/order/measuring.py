@@ -235,7 +235,6 @@ def _early(case: Case, rows: Sequence[Row], certain: float) -> bool:
 
 
 def _mean(errors: Any) -> float | None:
-    """Return the quadratic mean of the known errors, or None."""
     known = [e for e in errors if e is not None]
     return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
 

@@ -22,7 +22,6 @@ class Figure(figure.Figure):
     tall = 0.0
 
     def _repr_png_(self) -> bytes:
-        """Return the picture as PNG."""
         picture: Any = BytesIO()
         self.savefig(picture, format="png", dpi=DOTS)
         return bytes(picture.getvalue())

@@ -63,7 +63,6 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
 
 
 def _row(run: Any, k: int) -> Any:
-    """Return row k of a run by itself."""
     columns = {word: getattr(run, word)[k : k + 1] for word in ("t", "x", "u", "mu")}
     return SimpleNamespace(**columns)
 

@@ -145,7 +145,6 @@ def beside(scheme: Any, box: Any, steps: int = STEPS, progress: Progress = silen
 
 
 def _lattice(scheme: Any) -> Any:
-    """Return the lattice of a scheme, or None if it is one of a scene."""
     return getattr(scheme, "lattice", None)
 
 

@@ -83,7 +83,6 @@ def _longer(name: str) -> Scene:
 
 
 def _race(scene: Scene, peers: tuple[str, ...], kind: str, told: Callable[[str], None]) -> _Cases:
-    """The cases of a race."""
     told(f"{scene.name}, {kind}")
     own = [("peer", peers), ("budget", BUDGETS[kind])]
     own += [("periods", PERIODS)] if kind == "periods" else []

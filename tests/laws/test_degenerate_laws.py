@@ -102,8 +102,6 @@ def test_the_reference_and_runs_agree(scene):
 
 
 def regauged(scene, f):
-    """The scene with ϑ + df."""
-
     def one_form(x, p):
         return [a + f(x).diff(e) for a, e in zip(scene.one_form(x, p), x, strict=True)]
 

@@ -23,7 +23,6 @@ def scheme_of(scene, rule):
 
 @cache
 def scheme(scene, rule):
-    """The scheme of a scene and a rule by their names."""
     known = {**RULES, two_thirds.name: two_thirds}
     return scheme_of(SCENES[scene], known[rule] if rule in known else rules.get(rule))
 

@@ -84,15 +84,12 @@ class Sample:
     # -- the discrete Lagrangian ----------------------------------------------------------------
 
     def L_d(self, x: Any, u: Any) -> Any:
-        """L_d, a number."""
         return self._read("L_d", Matrix([self.L_d_.value(x, u)]), x, u)[0]
 
     def d_x(self, x: Any, u: Any) -> Any:
-        """∂L_d/∂x, n×1."""
         return self._gradient(x, u)[: self.n, :]
 
     def d_u(self, x: Any, u: Any) -> Any:
-        """∂L_d/∂u, m×1."""
         return self._gradient(x, u)[self.n :, :]
 
     def d_xu(self, x: Any, u: Any) -> Any:

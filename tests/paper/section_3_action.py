@@ -169,7 +169,6 @@ def exponential_of(matrix: Any) -> Any:
 
 
 def cross_matrix(w: Any) -> Any:
-    """The matrix of w×."""
     return Matrix([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
 

@@ -163,7 +163,6 @@ def euler_lagrange_side(s: Sample, g: Any, h: Any) -> Any:
 
 
 def lambda_(s: Sample, x: Any, u: Any, v: Any) -> Any:
-    """λ_μ(x, u, v)."""
     return euler_lagrange_side(s, (x, u), (s.b(x, u), v))
 
 

@@ -163,7 +163,6 @@ def hat(s: Sample, xi: Any) -> Any:
 
 
 def coordinates(s: Sample, matrix: Any) -> Any:
-    """The coordinates of a matrix of the algebra."""
     return numbers(s.g.algebra.coordinates(matrix))
 
 

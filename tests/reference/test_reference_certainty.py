@@ -217,7 +217,6 @@ def quantity(name, formula, **more):
 
 
 def declared(*quantities, scene, attitude=False, **changes):
-    """What is said of a scene that declares these."""
     given = scenes.get(scene)
     same = {name: getattr(given, name) for name in
             ("name", "groupoid", "lagrangian", "parameters", "x0", "v0")}  # fmt: skip

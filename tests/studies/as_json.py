@@ -14,16 +14,13 @@ def read(*found: dict[str, Any]) -> list[StudyResult]:
 
 
 def run_case(*asked: Any, **more: Any) -> dict[str, Any]:
-    """`one_case.run_case` as JSON."""
     return one_case.run_case(*asked, **more).to_json()
 
 
 def run_study(*asked: Any, **more: Any) -> dict[str, Any]:
-    """`running.run_study` as JSON."""
     return running.run_study(*asked, **more).to_json()
 
 
 def run_studies(*asked: Any, **more: Any) -> tuple[list[dict[str, Any]], list[Any]]:
-    """`running.run_studies` as JSON."""
     results, said = running.run_studies(*asked, **more)
     return [result.to_json() for result in results], said

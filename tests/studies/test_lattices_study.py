@@ -38,7 +38,6 @@ def case(name, rule="trapezoidal", steps=None, control=None, study="lattices"):
 
 
 def found_by(study, lattice, rule, steps=None):
-    """The result of a study of a lattice, by name or as it is."""
     lattice = systems.get(lattice) if isinstance(lattice, str) else lattice
     rule = rules.get(rule) if isinstance(rule, str) else rule
     return run_case(get(study), Case(study, lattice, rule, 16, steps))

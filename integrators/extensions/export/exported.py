@@ -243,7 +243,6 @@ class Exported:
         return guess if self.layout.iterated else ["0.0"] * len(guess)
 
     def _first_guess(self, state: Any) -> Any:
-        """Return the guess as the text has it."""
         of = self.module.names.__getitem__
         x, mu, q = of("here")(state)
         v = of("speed")(x, mu, q) if self.needs_speed else mu

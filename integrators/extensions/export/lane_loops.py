@@ -49,7 +49,6 @@ def _at_one_lane(s: ast.AST) -> list[str]:
 
 
 def _lanes(s: ast.AST) -> set[str]:
-    """Return the lanes that a statement has at all lanes."""
     one = {id(e.value) for e in ast.walk(s) if isinstance(e, ast.Subscript)}
     return {e.id for e in ast.walk(s)
             if isinstance(e, ast.Name) and _is_lanes(e) and id(e) not in one}  # fmt: skip

@@ -226,7 +226,6 @@ class BoxFlow(FlowRuns):
         self.system.when = partial(self._time, k, t0)
 
     def _time(self, k: int, t0: Exact) -> Number:
-        """Return the time at the beginning of step k of a run from t0."""
         time = t0 + k * self.step if k else t0
         if self.digits == 16:
             return float(time)

@@ -244,7 +244,6 @@ class Calls:
             raise BoxRaised(k, "the black box gives numbers that are not finite")
 
     def _raised(self, k: int, error: BaseException) -> Exception:
-        """Return the error for an exception that the box raised."""
         place, begun = line_of(self._asked, error), at_line(self._asked, error)
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
             return BadInput(self._changes(begun))

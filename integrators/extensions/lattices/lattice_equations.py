@@ -297,7 +297,6 @@ def _force_of(s: SceneSymbols) -> list[Node]:
 
 
 def _site_scene(lattice: Lattice) -> Scene:
-    """Return the scene of one site."""
     on_site, force = lattice.on_site, lattice.force
     assert on_site is not None
 
@@ -353,13 +352,11 @@ def _scene(
 
 
 def _site_values(lattice: Lattice) -> Values:
-    """Return the parameters of a site, with the values of the first one."""
     parts = lattice.split_parameters
     return {**parts["shared"], **{k: a[0].tolist() for k, a in parts["site"].items()}}
 
 
 def _bond_values(lattice: Lattice) -> Values:
-    """Return the parameters of a bond, with the values of the first one."""
     parts, (i, j) = lattice.split_parameters, lattice.pairs[0]
     both = {k: a[[i, j]].tolist() for k, a in parts["site"].items()}
     return {**parts["shared"], **both, **{k: a[0].tolist() for k, a in parts["bond"].items()}}

@@ -134,7 +134,6 @@ def _seed(scene: Scene) -> int:
 
 
 def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
-    """Return the results of one run."""
     scheme = _scheme(case.scene)
     flow = scheme.flow(STEP, case.digits, on_edge="bisect")
     row: dict[str, Any] = dict.fromkeys(

@@ -24,7 +24,6 @@ STROKES = "x+"  # markers that are lines
 
 
 def panels(title: str, case: Case) -> list[Panel]:
-    """Return the four panels of one case."""
     return [_rotations(title, case), _ball(case), _defects(case), _corrections(case)]
 
 

@@ -101,7 +101,6 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def candidate(fault: Fault, options: tuple[str, ...] = ()) -> Candidate:
-    """The case of a fault."""
     rule, scene = discretisations.get(fault.rule), scenes.get(fault.scene)
     return Candidate(NAME, scene, rule, 16, control=fault.site, fault=fault, rules=(rule,),
                      options=options)  # fmt: skip

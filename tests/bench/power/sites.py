@@ -50,7 +50,6 @@ def _sound(scene: str, rule: str, unit: int) -> Scheme:
 
 
 def sound_scheme(fault: Fault) -> Scheme:
-    """The scheme without the fault."""
     return _sound(fault.scene, fault.rule, fault.unit)
 
 
@@ -165,7 +164,6 @@ class _Asked:
         return self.seen_l(x, self._slip("velocity", xi))
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
-        """b(x, u; h)."""
         u, h = self._slip("path", u), self._slip("fraction", sympy.Matrix([h]))[0]
         return self.seen_g.target(x, u, h)
 

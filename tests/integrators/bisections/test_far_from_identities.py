@@ -28,7 +28,6 @@ MOSER_VESELOV = scenes.get("moser-veselov")
 
 
 def rotation(angle, axis):
-    """The rotation by an angle about an axis."""
     return Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis)).as_matrix()
 
 
