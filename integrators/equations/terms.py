@@ -331,11 +331,9 @@ class Placed:
             letter = self._swap[letter.index]
         elif (number := self.function._numbers.get(letter.index)) is not None:
             letter = self.function.graph.result(self, number)
-            self.function.graph.name([self._letter(number)], [letter])
+            own = sympy.Symbol(f"{self._prefix}_{number}", real=True)
+            self.function.graph.name([own], [letter])
         return self.function.graph.sum([(sign, letter)])
-
-    def _letter(self, number: int) -> Letter:
-        return sympy.Symbol(f"{self._prefix}_{number}", real=True)
 
     def partials(self, number: int) -> list[tuple[Nodes, Callable[[], list[Node]]]]:
         """Return [(nodes of the step, function that gives the derivatives of a result by them)]."""

@@ -310,7 +310,7 @@ class Graph(Walks):
             base = self.read(e.base, swap)
             if base.kind != NUMBER or (exponent.denominator == 1 and base.args):
                 return self.product([(base, exponent)])
-        if not e.args or not any(map(_has_letters, e.args)):
+        if not e.args or not any(a.free_symbols for a in e.args):
             return self.make(CONSTANT, e)
         function, arguments = _with_slots(e)
         return self.make(CALL, (function, tuple(self.read(a, swap).index for a in arguments)))
@@ -391,10 +391,6 @@ class Graph(Walks):
     def shown_column(self, nodes: Sequence[Node]) -> Column:
         """Return nodes as a column of sympy."""
         return sympy.Matrix(len(nodes), 1, [self.shown(e) for e in nodes])
-
-
-def _has_letters(e: Expression) -> bool:
-    return bool(e.free_symbols)
 
 
 def _with_slots(e: Expression) -> tuple[Expression, list[Expression]]:

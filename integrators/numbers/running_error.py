@@ -255,7 +255,7 @@ def with_running_errors(text: str, numbers: Arithmetic) -> Function:
         names = dict(run_text(text, numbers.namespace()))  # those functions keep plain numbers
         names |= {name: _function(name) for name in {*FUNCTIONS.values(), "sqrt"} - {"abs"}}
         names |= {"abs": abs, "R": flint.arb, "PI": flint.arb.pi()}
-        names["constant"] = lambda name: _rounded(numbers.constant(name))
+        names["constant"] = lambda name: rounded(numbers.constant(name)).balls.item()
         names |= {name: _as_one(names[name], numbers)
                   for name in registered_names() if name in names}  # fmt: skip
         names["array"] = partial(from_balls, numbers)
@@ -277,10 +277,6 @@ def _function(name: str) -> Function:
         return getattr(flint.arb, name)(first, *others)  # atan2 is static in flint 0.8
 
     return function
-
-
-def _rounded(number: Number) -> Ball:
-    return rounded(number).balls.item()
 
 
 def from_balls(numbers: Arithmetic, entries: list[Ball], *shape: int) -> Tracked:

@@ -112,13 +112,8 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
         values += entries
     values = list(map(sympy.sympify, values))
     arguments = [*states[: n + m], *mu, *states[n + m :]]
-    function = sympy.lambdify(arguments, [_with_size(value) for value in values], "mpmath")
+    function = sympy.lambdify(arguments, [(value, _size(value)) for value in values], "mpmath")
     return Invariants(tuple(names), function, _rates(equations, mu, values))
-
-
-def _with_size(value: Any) -> tuple[Any, Any]:
-    """Return the value and the sum of its absolute terms."""
-    return value, _size(value)
 
 
 def _size(e: Any) -> Any:

@@ -78,12 +78,9 @@ def boxes(rules: Iterable[Discretisation]) -> tuple[Scene, ...]:
     return () if None in own else tuple(scene for scene in own if scene is not None)
 
 
-def _boxes_in(file: UserFile) -> dict[str, Scene]:
-    return {scene.name: scene for scene in boxes(file.rules.values())}
-
-
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
-SCENE = Kind("scene", lambda file: file.scenes or _boxes_in(file), _scene_called)
+SCENE = Kind("scene", lambda file: file.scenes or {
+    scene.name: scene for scene in boxes(file.rules.values())}, _scene_called)  # fmt: skip
 CONTROL = Kind("Control(...)", _problems_in, lambda word: _problems().get(word))
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 

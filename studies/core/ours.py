@@ -96,16 +96,13 @@ def refuse_foreign_in(folder: Path, names: Iterable[str]) -> None:
     for name in names:
         path = folder / name
         parts = [part for part in path.parents if part.is_relative_to(folder) and part != folder]
-        blocked = [part for part in parts if os.path.lexists(part) and _is_no_folder(part)]
+        blocked = [part for part in parts
+                   if part.is_symlink() or (part.exists() and not part.is_dir())]  # fmt: skip
         if blocked or (os.path.lexists(path) and name not in ours):
             raise BadInput(
                 f"{blocked[0] if blocked else path} is there, and is not as discmech wrote it: "
                 "move it away, or name another --folder."
             )
-
-
-def _is_no_folder(path: Path) -> bool:
-    return path.is_symlink() or not path.is_dir()
 
 
 def _digest(path: Path) -> str | None:

@@ -89,7 +89,8 @@ def conditions_of(
         conditions = _found(rule, names, classes[0], power, draw)
     if len(classes) > 1 and classes[1].count(power) <= MOST:
         others = _found(rule, names, classes[1], power, draw)
-        conditions = [_both(a, b) for a, b in zip(conditions, others, strict=True)]
+        conditions = [_condition(a.names, [*a.polynomials, *b.polynomials])
+                      for a, b in zip(conditions, others, strict=True)]  # fmt: skip
     singular = _singular(rule, names, classes[0], draw)
     told = {k: _said(conditions[k], singular) for k in range(1, power + 1)}
     condition, new = conditions[stated], dict(answers)
@@ -174,10 +175,6 @@ def _singular(
         raise NotInterpolated("two draws differ in the values at which there is no step")
     polynomial = _rational(images, names, 2)
     return _condition(names, [polynomial] if polynomial.free_symbols else [])
-
-
-def _both(a: Condition, b: Condition) -> Condition:
-    return _condition(a.names, [*a.polynomials, *b.polynomials])
 
 
 def _condition(names: Sequence[str], polynomials: Sequence[Any]) -> Condition:

@@ -121,7 +121,7 @@ def prove(
                 stated = _found(every[0], asked, draw)
     except OutOfTime:
         return Result(base.name, stated, {}, late=[e.name for e in every])
-    most = MOST_LETTERS if kinds else _usual(stated)
+    most = MOST_LETTERS if kinds else next(n for top, n in USUAL.items() if stated <= top)
     chosen = [e for e in every if e.dear * e.count(stated + 1) <= most] or every[:1]
     if chosen[0].count(stated + 1) > MOST_LETTERS:
         raise BadInput(f"{chosen[0].name} has too many coefficients at order {stated}: ask less.")
@@ -200,11 +200,6 @@ def prove(
     claimed = ("symplectic",) if base.claims is not None and base.claims.symplectic else ()
     return Result(base.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked,
                   late)  # fmt: skip
-
-
-def _usual(order: int) -> int:
-    """Return the number of coefficients up to which a class is looked at without being asked."""
-    return next(count for most, count in USUAL.items() if order <= most)
 
 
 def _with_degrees(

@@ -117,7 +117,7 @@ def beside(scheme: Any, box: Any, steps: int = STEPS, progress: Progress = silen
     progress("the exported file", 0.2)
     other = np.concatenate(_asked_for(scheme, box)(steps, 1), axis=1)
     progress("round-off of the original", 0.4)
-    own = _rows(one)
+    own = np.concatenate([e.reshape(len(e), -1) for e in (one.x, one.mu)], axis=1)
     scale = _sizes(one)
     again = _lattice_steps if _lattice(scheme) else _scene_steps
     restarted = _restarted(again(scheme, one.u), own, steps, scale)
@@ -170,10 +170,6 @@ def _asked_for(scheme: Any, box: Any) -> Callable[[int, int], tuple[np.ndarray, 
     h, t = float(system.step), 0.0 if timed else None
     program = box.formula.program
     return lambda steps, every: program.run(*start, h, steps, every, system.name, values, t)
-
-
-def _rows(motion: Any) -> np.ndarray:
-    return np.concatenate([e.reshape(len(e), -1) for e in (motion.x, motion.mu)], axis=1)
 
 
 def _sizes(motion: Any) -> np.ndarray:

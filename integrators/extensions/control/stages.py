@@ -41,7 +41,7 @@ from ...numbers import (
     within_doubles,
     without_text,
 )
-from ...numbers.types import Expression, Expressions, Function, Letter, Matrix, Number, Vector
+from ...numbers.types import Expression, Function, Letter, Matrix, Number, Vector
 from ...rules import Discretisation
 from ...scene import Column, Parameters, Point, Scalar, Scene, Velocity, arguments_of, remembered
 
@@ -215,7 +215,8 @@ class ControlStages:
                 f"{s.name}: its cost or its inputs hold the unknown symbol "
                 f"{min(map(str, foreign))}; write them with x, v, f, p and t."
             )
-        return f, p, of_cost + _dot(p, force)
+        work = [left * right for left, right in zip(p, force, strict=True)]
+        return f, p, of_cost + sympy.Add(*work)
 
     @cached_property
     def _pontryagin(self) -> Function:
@@ -246,10 +247,6 @@ def _inverses(slopes: np.ndarray) -> np.ndarray:
 
 def _itself(x: Point, v: Velocity, f: Column, p: Parameters) -> Column:
     return f
-
-
-def _dot(a: Expressions, b: Expressions) -> Expression:
-    return sympy.Add(*[left * right for left, right in zip(a, b, strict=True)])
 
 
 #: the `ControlStages` of a scene, cost, inputs, number of controls and rule, derived once
