@@ -137,8 +137,6 @@ class EvolutionOperator:
         defect = pullback_defect(geometry, here, there, self._tangent(*maps))
         return self.context.number(defect)
 
-    # -- Newton on arrows -----------------------------------------------------------------------
-
     def following(
         self, y: Vector, goal: Vector, start: Vector, scale: Number | Vector = 0
     ) -> Vector | None:

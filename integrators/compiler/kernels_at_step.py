@@ -157,8 +157,6 @@ class KernelsAtStep:
                 "velocity needs its kinetic energy, and parameters their proper units."
             ) from None
 
-    # -- the state ------------------------------------------------------------------------------
-
     def buffers(
         self, point: ResumePoint, steps: int, every: int, totals: Vector | None = None,
         allocate: Function | None = None,
@@ -259,8 +257,6 @@ class KernelsAtStep:
     def _past(self, memory: Vector) -> Matrix:
         """Return a view of the past solutions; order, age, κ and scale stand behind them."""
         return memory[:-4].reshape(PAST, self.layout.solved)
-
-    # -- steps ----------------------------------------------------------------------------------
 
     def advance(self, run: Run, stop: int) -> int:
         """Run the compiled loop up to `stop` and return its status.

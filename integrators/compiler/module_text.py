@@ -158,8 +158,6 @@ class KernelText:
         entries = {name: f"{name}{self.suffix}" for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
-    # -- operations ------------------------------------------------------------------------------
-
     def _operations(self, inside: object = None) -> Operations:
         return Operations(self.step.graph, self.coefficients, self._called, inside)
 
@@ -214,8 +212,6 @@ class KernelText:
     @cached_property
     def _k(self) -> list[str]:
         return [f"k{i}" for i in range(len(self.carried))]
-
-    # -- the kernels -----------------------------------------------------------------------------
 
     def _prepare(self) -> str:
         return coefficients_text(f"prepare{self.suffix}", self.coefficients)

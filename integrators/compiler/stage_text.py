@@ -166,8 +166,6 @@ class StageText:
         entries = {name: name for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
-    # -- the kernels ----------------------------------------------------------------------------
-
     def _velocity(self) -> str:
         """Return the text of ẇ, ξ and μ at (w, π)."""
         system, graph = self.system, self.system.graph

@@ -242,9 +242,6 @@ def shift_on(a):
         put_lanes(work, MOMENTA, tuple([plus(part, more) for part in pi]))
 
 
-# -- sums over the nodes ---------------------------------------------------------------------------
-
-
 @ordered
 def at_nodes(tables, parts):
     """Return Σ_j table[j] value_j at all nodes, of each component."""

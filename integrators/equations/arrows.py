@@ -64,8 +64,6 @@ class Arrows:
         """The group element if L_d is a function of it."""
         return self.of.element if self.s.given is not None else None
 
-    # -- the groupoid's maps ---------------------------------------------------------------------
-
     @cached_property
     def rho(self) -> SymbolicMatrix:
         """ρ(x), n×m."""
@@ -85,8 +83,6 @@ class Arrows:
     def L_at_translate(self) -> SymbolicMatrix:
         """L(x, u) at τ(hu) B, if L_d is given on the group (`Element.left`), m×m."""
         return self.L if self.element is None else self.element.left
-
-    # -- in letters for points -------------------------------------------------------------------
 
     @cached_property
     def nodes(self) -> dict[str, list[Node]]:

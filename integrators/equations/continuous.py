@@ -180,9 +180,6 @@ def _momentum_function(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., li
     return numeric({"x": s.x, "v": s.u, "p": s.parameter_list}, [list(momentum(s))], numbers)
 
 
-# -- the two-form of a degenerate Lagrangian ------------------------------------------------------
-
-
 def two_form(s: SceneSymbols) -> SymbolicMatrix:
     """Return A = ϑ′ᵀ − ϑ′ at x, n×n, with ϑ′_ij = ∂_j ϑ_i."""
     slope = jacobian(s.one_form, s.x)

@@ -103,8 +103,6 @@ class DiscreteLagrangian:
                 self._place(call, self.resolved(weight))
         self._add_direct(self.resolved(weighted).xreplace(dict.fromkeys(letters, sympy.S.Zero)))
 
-    # -- derivatives -----------------------------------------------------------------------------
-
     def gradient(self) -> tuple[list[Node], list[Node], list[Node], list[list[Node]]]:
         """Return ∂L_d by x, u, the stages and each of `moved`, as if these were independent."""
         graph, parts = self.graph, [self.x, self.u, self.stages, *(p.nodes for p in self.moved)]
@@ -138,8 +136,6 @@ class DiscreteLagrangian:
         value = self.graph.read(e)
         self._covectors.append(([value], [self.graph.one]))
         self.value = self.value + value
-
-    # -- placing values of L ---------------------------------------------------------------------
 
     def _place(self, call: Expression, weight: Expression) -> None:
         """Add weight·l at the point and velocity of a call."""
@@ -217,8 +213,6 @@ class DiscreteLagrangian:
             else:
                 self.turned_y = self.graph.plus(self.turned_y, turned)
         self.value = self.value + weight * node.value
-
-    # -- points, velocities, chart values -------------------------------------------------------
 
     def _point(self, args: Expressions) -> tuple[Column, Column | None]:
         """Return (letters or expressions of a point, None), or (base, W) of b(base, W; 1)."""

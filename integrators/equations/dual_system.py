@@ -103,8 +103,6 @@ class DualSystem:
         """The states at which a map has asked, in letters of the graph."""
         return [column(values) for values in self._points]
 
-    # -- what a map may ask ----------------------------------------------------------------------
-
     def f(self, z: Column) -> Column:
         """Return the vector field (ẋ, μ̇) at z, (n+m)×1."""
         return self._shown(self._field(self._at(z)))
@@ -302,8 +300,6 @@ class DualSystem:
         if not value.is_polynomial(*letters):
             return None
         return int(sympy.Poly(value, *letters).total_degree())
-
-    # -- letters ---------------------------------------------------------------------------------
 
     def letters(self, entries: Iterable[Expression]) -> Column:
         """Return a map's expressions, with the letters that its answers stand for.

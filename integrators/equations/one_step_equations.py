@@ -135,8 +135,6 @@ class OneStepEquations(StepEquations):
             f"({shown(directions[''])})"
         )
 
-    # -- asking the map --------------------------------------------------------------------------
-
     def _asked(self, *arguments: Column | Letter | list[Column]) -> Any:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 

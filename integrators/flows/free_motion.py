@@ -97,8 +97,6 @@ class FreeMotion:
             self.by_stages = True
         return status
 
-    # -- the run on disk -------------------------------------------------------------------------
-
     @property
     def key(self) -> str:
         at, context = self.start, self.edge.context
@@ -120,8 +118,6 @@ class FreeMotion:
         self.stretch, self.until = at[5:7]
         run.state, run.totals[:] = state["state"], state["totals"]
         run.c = self._coefficients(run.translate)
-
-    # -- rows ------------------------------------------------------------------------------------
 
     def failure(self, status: int) -> StepFailure:
         edge, run = self.edge, self.arrays

@@ -59,8 +59,6 @@ class StepMap:
         self.k = len(equations.s.stages)
         self._kept: dict[Hashable, Any] = {}
 
-    # -- the step from a state (x, μ) ------------------------------------------------------------
-
     def velocities(self, x: Matrix, mu: Matrix, near: Matrix) -> Matrix:
         """Return ξ(x, μ) of rows, (r, m), from velocities nearby; NaN if there is none."""
         s = self.equations.s
@@ -162,8 +160,6 @@ class StepMap:
     def growth(self, x: Vector, mu: Vector, w: Vector) -> Vector:
         """Return (x′ − x, μ′ − μ) of a step by its unknowns w, by the kernels' formulas."""
         return np.asarray(self._value("step", x, mu, w, self.q)[1])
-
-    # -- arrows (x, u) ---------------------------------------------------------------------------
 
     def at(self, x: Numbers, u: Numbers) -> Maps:
         """Return every map at (x, u): vectors of length n or m, and matrices.
@@ -270,8 +266,6 @@ class StepMap:
         """Return the branch number at (x, u), or None unless L_d is given on the group."""
         return None if self.equations.element is None else self._value("branch", x, u, self.q)
 
-    # -- the force's parts ------------------------------------------------------------------------
-
     def discrete_force(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Return the force's parts of F⁻/h and F⁺/h at an arrow, m numbers each, in the natural
         basis.
@@ -290,8 +284,6 @@ class StepMap:
         own = rounded(w, self._round_off(x, self.numbers.zeros(self.m), w, abs(u)))
         force, *by = self._errors("force")(x, own[: self.m], own[self.m :], self._q)
         return force, np.hstack(by)  # type: ignore[return-value]
-
-    # -- forms -----------------------------------------------------------------------------------
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
         """Return Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m).
@@ -355,8 +347,6 @@ class StepMap:
         rhs = np.hstack([-here["of_minus"][:, :n], h * self.numbers.identity(m)])
         along = np.vstack([dx, solve(self.numbers, here["minus_u"], rhs)])
         return np.vstack([here["of_target"] @ along, here["of_plus"] @ along / h])
-
-    # -- texts as functions ----------------------------------------------------------------------
 
     @property
     def _q(self) -> Tracked:

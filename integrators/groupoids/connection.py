@@ -103,8 +103,6 @@ class ConnectionGroupoid(ProductGroupoid):
     def _inversion(self) -> Column:
         return -self.symbols["u"]
 
-    # -- the connection -------------------------------------------------------------------------
-
     def _plain(self, x: Column, u: Column, h: Expression) -> Column:
         """(w, ξ) of (w, η)."""
         w, eta = self.fibre(u)

@@ -187,8 +187,6 @@ class Groupoid(ABC):
         back, part = self.inverse_left(x, u, theta * h), self.R(x, u, theta * h)
         return back * (theta * self.R(x, u, h) - part), back * theta * self.L(x, u, h)
 
-    # -- derivation -------------------------------------------------------------------------
-
     @cached_property
     def symbols(self) -> dict[str, Column | Letter]:
         """The letters of derived expressions: columns x (n×1), u and v (m×1), and the step h."""

@@ -310,7 +310,6 @@ def flatten(value: Exact | tuple[Exact, ...]) -> list[Exact]:
     return [n for entry in value for n in flatten(entry)] if isinstance(value, tuple) else [value]
 
 
-# -- numbers of too many digits --------------------------------------------------------------------
 #
 # A few letters are enough for a number that fills the memory: 10**(10**7), or the factorial of 10⁷.
 # Sympy computes one as soon as it stands in a sum or a product, and would never end.

@@ -54,8 +54,6 @@ class Graph(Walks):
         self.fixed: set[int] = set()
         self.one = self.number(1)
 
-    # -- nodes -----------------------------------------------------------------------------------
-
     def make(self, kind: int, args: Any) -> Node:
         """Return the node of this kind with these arguments, which must be in normal form."""
         key = kind, args
@@ -244,8 +242,6 @@ class Graph(Walks):
                 self.name([letter], [made])
         return self._holds[value.index]
 
-    # -- matrices --------------------------------------------------------------------------------
-
     def matrix(self, matrix: SymbolicMatrix) -> NodeMatrix:
         """Return the nodes of a matrix of sympy, row by row."""
         return [[self.read(e) for e in row] for row in matrix.tolist()]
@@ -281,8 +277,6 @@ class Graph(Walks):
         """Return a column less others."""
         rows = zip(column, *others, strict=True)
         return [self.sum([(1, e), *((-1, a) for a in less)]) for e, *less in rows]
-
-    # -- sympy -----------------------------------------------------------------------------------
 
     def read(self, e: Expression, swap: dict[Expression, Node] | None = None) -> Node:
         """Return the node of an expression of sympy. swap: nodes for parts of it; all other parts

@@ -129,8 +129,6 @@ class Scope:
             self._held[key] = made
         return self._held[key]
 
-    # -- derivatives -----------------------------------------------------------------------------
-
     def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(column)/d(variable), all in sympy; the variable is a column of letters."""
         g = self.graph

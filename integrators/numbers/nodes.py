@@ -203,8 +203,6 @@ class Walks:
         self._opened: dict[Call, dict[int, Node]] = {}
         self._keys: dict[int, str] = {}
 
-    # -- all nodes below others ------------------------------------------------------------------
-
     def below(self, node: Node) -> list[Node]:
         """Return the nodes of which a node is computed."""
         kind, args, nodes = node.kind, node.args, self.nodes
@@ -311,8 +309,6 @@ class Walks:
             if e in on or e.kind == RESULT or any(a in dependents for a in self.below(e)):
                 dependents.add(e)
         return [e for e in nodes if e in dependents]
-
-    # -- letters that stand for nodes ------------------------------------------------------------
 
     def opened(self, result: Node) -> Node:
         """Return a result of a call, written out in the arguments of the call."""

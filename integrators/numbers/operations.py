@@ -151,8 +151,6 @@ class Operations:
         self._known.pop(u.index, None)
         self.scaled[u.index] = h, self.product([self._value(h), self.leaf(str(u.args))])
 
-    # -- values ----------------------------------------------------------------------------------
-
     def values(self, nodes: Sequence[Node]) -> list[Value]:
         """Return the values of nodes, with all their parts.
 
@@ -261,8 +259,6 @@ class Operations:
             self.depths.append(longest + DURATIONS.get(kind, LONG))
         return 2 * self._numbers[by]
 
-    # -- sums, products and powers ---------------------------------------------------------------
-
     def _rational(self, value: Rational) -> Value:
         p, q = abs(value.numerator), value.denominator
         refuse_long((p, q), "what a step computes")
@@ -342,8 +338,6 @@ class Operations:
         """Return a function of one value, by the name that the text has for it."""
         return self._operation(FUNCTION, [e], name)
 
-    # -- functions of sympy ----------------------------------------------------------------------
-
     def _of_sympy(self, e: Expression, slots: dict[Expression, Value], whole: Node) -> Value:
         """Return the value of a function of slots, or of an expression without letters."""
         if e in slots:
@@ -369,8 +363,6 @@ class Operations:
         if arithmetic:
             return self.sum(parts) if e.is_Add else self.product(parts)
         return self._operation(FUNCTION, parts, e, e.func)
-
-    # -- common parts of sums and of products ----------------------------------------------------
 
     def share(self, roots: Iterable[Value]) -> None:
         """Give partial sums and products that occur in several an operation of their own."""

@@ -222,8 +222,6 @@ class PrimeField:
             phi_1 = series(one - phi_1, lambda k: 1)
         out[...] = a @ phi_1 if kind == 2 else phi_1
 
-    # -- polynomials in one letter ---------------------------------------------------------------
-
     def polynomial(self, coefficients: list[Any]) -> Any:
         """Return flint's polynomial over the field, from the lowest power."""
         return flint.nmod_poly([self.number(e).v for e in coefficients], self.p)

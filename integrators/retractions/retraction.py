@@ -70,8 +70,6 @@ class Retraction(ABC):
         """
         return implicit_product(self, algebra, xi, eta)
 
-    # -- the tangent ----------------------------------------------------------------------------
-
     @abstractmethod
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Column) -> FieldPair:
         """(L, R): the m×m matrices of left- and right-invariant fields at ξ = hu."""
@@ -97,8 +95,6 @@ class Retraction(ABC):
         _, partial = self.invariant_fields(algebra, theta * xi)
         return self.inverse_left_field(algebra, theta * xi) * (theta * (left - right) + partial)
 
-    # -- in numbers -----------------------------------------------------------------------------
-
     @abstractmethod
     def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
         """τ(ξ) as numbers, N×N."""
@@ -106,8 +102,6 @@ class Retraction(ABC):
     @abstractmethod
     def coordinates_in(self, frame: AlgebraInNumbers, g: Matrix) -> Vector:
         """ξ with τ(ξ) = g as numbers, m; raises `ArithmeticError` where the chart has none."""
-
-    # -- the chart's edge -----------------------------------------------------------------------
 
     @abstractmethod
     def extents(self, algebra: MatrixAlgebra, xi: Column) -> Extents:

@@ -187,9 +187,6 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     return parser
 
 
-# -- actions --------------------------------------------------------------------------------
-
-
 def _list(options: argparse.Namespace) -> int:
     if options.words:
         from ..report.glossary import WORDS

@@ -85,9 +85,6 @@ CONTROL = Kind("Control(...)", _problems_in, lambda word: _problems().get(word))
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
 
-# -- what words name ------------------------------------------------------------------------------
-
-
 def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
     """Return the rules that words such as these name, each once:
 
@@ -355,9 +352,6 @@ def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
                 f'two {kind.noun}s are called {name}: give one of them another name="...".'
             )
     return tuple(each)
-
-
-# -- of the bench, and of files -------------------------------------------------------------------
 
 
 def _is_made(word: str) -> bool:

@@ -147,9 +147,6 @@ def _same(one: Any, other: Any, by_text: bool = True) -> bool:
         return bool(one.name == other.name)
 
 
-# -- scripts and notebooks ------------------------------------------------------------------------
-
-
 def _words_of_programs(thing: Any) -> Iterator[str]:
     """Yield words for what a script, a module that it loads, or a notebook makes."""
     main = sys.modules.get("__main__")

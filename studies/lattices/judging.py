@@ -68,8 +68,6 @@ def _of_laws(case: Case, record: Measured, allowed: float) -> Verdict:
     return Verdict("pass", "", expected)
 
 
-# -- contact at the sites -----------------------------------------------------------------
-
 SHARED = ("penetration", "pull", "complementarity", "restitution")
 WORDS = {name: OF_CONTACT[name] for name in SHARED}
 WORDS |= {"missed": "a gap is closed and closing after a step"}

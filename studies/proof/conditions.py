@@ -243,9 +243,6 @@ def _monomials(letters: int, count: int) -> list[tuple[int, ...]]:
     return exponents
 
 
-# -- one open number -------------------------------------------------------------------------------
-
-
 def _of_one(
     defect: Defect, numbers: Numbers, names: Sequence[str], power: int,
     draw: random.Random,
@@ -345,9 +342,6 @@ def _interpolated(numbers: Numbers, points: list[Residue], values: list[Residue]
     for e, coefficient in zip(reversed(points), reversed(c), strict=True):
         total = total * field.polynomial([-e, 1]) + field.polynomial([coefficient])
     return total
-
-
-# -- several open numbers --------------------------------------------------------------------------
 
 
 def _of_several(

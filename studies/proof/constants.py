@@ -104,8 +104,6 @@ class Numbers:
                 raise
         return self.nested[key]
 
-    # -- nodes -----------------------------------------------------------------------------------
-
     def _node_value(self, c: NodeValue) -> Residue:
         """Return a number at a node; nodes may stand in any order, as rules do not tell them
         apart."""
@@ -148,8 +146,6 @@ class Numbers:
             middle = [self.field.number(0)] * (count % 2)
             self._nodes[family, count] = [*half, *middle, *(-r for r in reversed(half))]
         return self._nodes[family, count]
-
-    # -- compositions ----------------------------------------------------------------------------
 
     def sizes(self, scheme: Any, substeps: Sequence[Any]) -> list[Residue]:
         """Return the share of each substep in the step; [1] for a rule of one step."""

@@ -86,8 +86,6 @@ class LatticeSystem(System):
             reasons["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
         return reasons
 
-    # -- order ------------------------------------------------------------------------------
-
     @cached_property
     def ladder(self) -> Ladder:
         """The ladder of halved steps; for a steep rule each is 1/√2 of the one before.
@@ -190,8 +188,6 @@ class LatticeSystem(System):
         """Return the scheme itself."""
         return self.scheme
 
-    # -- long runs --------------------------------------------------------------------------
-
     def usual_steps(self, claimed: bool = True) -> int:
         """Return enough steps of a known lattice to show slow changes."""
         return self.known.steps
@@ -261,8 +257,6 @@ class LatticeSystem(System):
         before, after = (momentum(self.scheme, part, *at)[:, :, 0] for at in
                          ([e[None] for e in pair] for pair in (state, fault)))  # fmt: skip
         return float(abs(after[0] - before[0]).max() / (before[1].max() or 1.0))
-
-    # -- the form ---------------------------------------------------------------------------
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]]:
         """Return some states of a long run, including the first and the last."""

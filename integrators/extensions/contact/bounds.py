@@ -148,9 +148,6 @@ def paths_through(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, np.maximum(near[:-1], near[1:])
 
 
-# -- intervals -------------------------------------------------------------------------------------
-
-
 def enclosed(expression: Expression, at: dict[Expression, Interval]) -> Interval:
     """Return bounds of an expression over boxes; `at` maps symbols to boxes and keeps results.
 

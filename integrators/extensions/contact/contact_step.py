@@ -110,8 +110,6 @@ class ContactSteps:
         slow: Vector = NOISE * self.eps * (abs(rows) @ abs(xi) + noise)
         return slow
 
-    # -- impacts ---------------------------------------------------------------------------------
-
     def _after_impacts(
         self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
     ) -> Moment:
@@ -150,8 +148,6 @@ class ContactSteps:
                 if self.gaps.flexibility(place.x, m.u, alone.rows, alone.push)[0, 0] > 0:
                     slips |= along
         return slips
-
-    # -- parts of a step -------------------------------------------------------------------------
 
     def _move(
         self,

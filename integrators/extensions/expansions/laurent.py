@@ -159,8 +159,6 @@ class Atoms:
         own = {name: lambda e, name=name: self.function(name, e) for name in names}
         return {**own, "sqrt": lambda e: self.power(e, Fraction(1, 2))}
 
-    # -- back to sympy ---------------------------------------------------------------------------
-
     def _solved(self, atom: int, base: Laurent) -> Rules:
         """Return the rules that an atom, the sum `base`, gives for parts of the sum."""
         return next(filter(self._ends, self._candidates(atom, base)), {})

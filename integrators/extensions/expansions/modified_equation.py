@@ -82,8 +82,6 @@ class ModifiedEquation:
         self.flow = scheme.flow(scheme.scene.step, digits)
         self.n, self.m = len(scheme.equations.s.x), len(scheme.equations.s.mu)
 
-    # -- at states -------------------------------------------------------------------------------
-
     def field(self, z: Numbers | Rows) -> np.ndarray:
         """Return f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
         return self._shown(self._field(self._rows(z)))
@@ -209,8 +207,6 @@ class ModifiedEquation:
             good[bad] = parts[2][:count] & parts[2][count:]
         return integrals, size, good
 
-    # -- as formulas -----------------------------------------------------------------------------
-
     @cached_property
     def formulas(self) -> Terms:
         """The terms as sympy expressions in the letters x, mu of the scene and its parameters.
@@ -237,8 +233,6 @@ class ModifiedEquation:
                 for terms in (series.hamiltonian, series.lagrangian)
             ]
         return Terms(field, *scalars)
-
-    # -- the expansion ---------------------------------------------------------------------------
 
     def _expanded(self, *arguments: Any) -> Terms:
         """Return the terms; where quotients are 0/0 at h = 0, from series of more powers."""

@@ -152,8 +152,6 @@ class Exported:
         own = self.flow.starting.own
         return [float(e) for e in own.x], [float(e) for e in own.mu]
 
-    # -- energy, velocity, momenta -----------------------------------------------------------------
-
     @cached_property
     def _letters(self) -> dict[str, Any]:
         s = self.s
@@ -220,8 +218,6 @@ class Exported:
             quantities += zip(names, entries, strict=True)
         return quantities
 
-    # -- the first guess ---------------------------------------------------------------------------
-
     @cached_property
     def needs_rates(self) -> bool:
         """True if Newton's method starts from the vector field: slopes are unknowns."""
@@ -250,8 +246,6 @@ class Exported:
         if self.needs_rates:
             record.rates = of("rates_at")(x, v, mu, q)
         return tuple(eval(e, {"s": record, "V0": self.v0}) for e in self.guess)
-
-    # -- the text ----------------------------------------------------------------------------------
 
     @cached_property
     def module(self) -> Specialised:
@@ -345,8 +339,6 @@ class Exported:
             shape = shape[:1] if shape[1:] == (1,) else shape
             entries.append(Parameter(name, shape, tuple(next(values) for _ in range(prod(shape)))))
         return entries
-
-    # -- constants and fields ----------------------------------------------------------------------
 
     @cached_property
     def _numbers(self) -> dict[str, Any]:

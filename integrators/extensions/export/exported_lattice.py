@@ -55,8 +55,6 @@ class ExportedLattice:
         x, mu = self.flow.own_start
         return [*map(float, x.ravel()), *[0.0] * self.timed], [*map(float, mu.ravel())]
 
-    # -- parameters --------------------------------------------------------------------------------
-
     @cached_property
     def parameters(self) -> list[Parameter]:
         """The shared parameters, and those that each site or bond has."""
@@ -98,8 +96,6 @@ class ExportedLattice:
         lines = ["    for i in range(PLACES):", *of_sites] if of_sites else []
         lines += ["    for k in range(TIES):", *ties] if ties else []
         return "\n".join(["def own_rows(s):", *(lines or ["    pass"])])
-
-    # -- functions ---------------------------------------------------------------------------------
 
     def _drive(self, of: Any, s: Any, task: Any, steps: Any) -> Any:
         """Write the driver; return the status."""
@@ -149,8 +145,6 @@ class ExportedLattice:
                      *STEPS):  # fmt: skip
             module.function(f"def {head}")
         return [*module.made.values()]
-
-    # -- constants and fields ----------------------------------------------------------------------
 
     @cached_property
     def constants(self) -> dict[str, Any]:

@@ -49,8 +49,6 @@ class Printer:
     lines: list[str] = field(default_factory=list)
     depth: int = 0
 
-    # -- expressions -------------------------------------------------------------------------------
-
     def of(self, e: ast.expr, needed: int = 0) -> str:
         """Return the text of an expression, in parentheses where it binds less than needed."""
         text, holds = self._written(e)
@@ -115,8 +113,6 @@ class Printer:
     def power(self, base: ast.expr, exponent: ast.expr) -> tuple[str, int]:
         """Return a power, with its binding strength."""
         return f"pow({self.of(base)}, {self.of(exponent)})", ATOM
-
-    # -- statements --------------------------------------------------------------------------------
 
     def put(self, text: str) -> None:
         """Write a line, in several where it is long."""

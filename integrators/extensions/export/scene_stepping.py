@@ -120,9 +120,6 @@ def forget_stages(s):
         s.stages[i] = 0.0
 
 
-# -- velocities and quantities ---------------------------------------------------------------------
-
-
 def speed(x, mu, q):
     """Return the velocity with mu = dl/dxi."""
     if CLOSED:

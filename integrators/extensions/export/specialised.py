@@ -254,8 +254,6 @@ class Specialised(Module):
                           self._elimination(replace(a, columns=m + 1), m))  # fmt: skip
         self.routine.called("", "eliminate", ast.Name(a.name), ast.Constant(m))
 
-    # -- lanes -------------------------------------------------------------------------------------
-
     def lane(self, number: Any, j: int) -> Any:
         """Return lane j; a number without lanes is the same in all."""
         if kind_of(number) != "v":
@@ -294,8 +292,6 @@ class Specialised(Module):
             array, index = array._at(index)
         at = ast.BinOp(tree(index), ast.Add(), ast.Name(LANE))
         return ast.Subscript(tree(Value("f", array.name)), at)
-
-    # -- functions of a file -----------------------------------------------------------------------
 
     def function(self, head: str, write: Callable[..., Any] | None = None, said: str = "") -> None:
         """Write a function of a file, which the text then calls by its name.

@@ -76,8 +76,6 @@ class BoxFlow(FlowRuns):
         self.h = h if self.kind is object else (single or float)(h)
         self._calls = Calls(box, box.form.asked(self.system), self.h, self.kind, scheme.scene.name)
 
-    # -- runs ------------------------------------------------------------------------------------
-
     @arguments_checked
     def trajectory(
         self, steps: int, every: int = 1, *, x0: Numbers | None = None,
@@ -191,8 +189,6 @@ class BoxFlow(FlowRuns):
 
         return MapOfRows(image, rows)
 
-    # -- states ----------------------------------------------------------------------------------
-
     def _public(self, values: Numbers) -> Vector:
         """Return numbers of the flow's own arithmetic in the form that the box and the user get."""
         return self.numbers.public(np.array(values, dtype=self.numbers.dtype))
@@ -260,8 +256,6 @@ class BoxFlow(FlowRuns):
                 self._at(k, t0)
             p = self.system.momentum(q, p)
         return q, p
-
-    # -- rows ------------------------------------------------------------------------------------
 
     def _rows(self, xs: Matrix, mus: Matrix, steps: int, every: int, t0: Exact) -> Trajectory:
         numbers, s, count = self.numbers, self.scheme.s, len(xs)

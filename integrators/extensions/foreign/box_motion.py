@@ -65,8 +65,6 @@ class BoxMotion:
     def _time(self, k: int) -> None:
         self.flow._at(k, self.t0)
 
-    # -- the run on disk -------------------------------------------------------------------------
-
     @property
     def key(self) -> str:
         """What the box and the scene read, and the start; raises as `_read_text`."""
@@ -109,8 +107,6 @@ class BoxMotion:
         self.at = q.astype(self.flow.kind), p.astype(self.flow.kind)
         self.index, self.whole = state["at"].tolist()
         self.ended = self.index == self.steps
-
-    # -- rows ------------------------------------------------------------------------------------
 
     def _rows(self) -> tuple[np.ndarray, np.ndarray]:
         x, mu = (self.numbers.public(self.rows[word][: self.whole]) for word in ("x", "mu"))

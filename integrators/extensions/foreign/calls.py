@@ -186,8 +186,6 @@ class Calls:
                 self._check_finite(k * every - 1, qs[k], ps[k])
             row(k * every, qs[k], ps[k])
 
-    # -- its answers -----------------------------------------------------------------------------
-
     def _pair(self, answer: object) -> tuple[Vector, Vector]:
         if isinstance(answer, tuple | list) and len(answer) == 2:
             return answer[0], answer[1]

@@ -183,9 +183,6 @@ class Program:
         return ProgramFailure(f"{self.label} {what}: {fix}.{end}")
 
 
-# -- its answers ----------------------------------------------------------------------------------
-
-
 class _Wrong(Broken):
     """An answer that is not the rows asked for; the program can be asked again."""
 
@@ -237,9 +234,6 @@ def _no_table(table: Json) -> str:
 def _brief(value: Json) -> str:
     text = json.dumps(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-# -- its input ------------------------------------------------------------------------------------
 
 
 def _plain(value: Parameter) -> Json:

@@ -92,8 +92,6 @@ class SceneInNumbers:
             setattr(parameters, name, array if columns == 1 else array.reshape(rows, columns))
         return parameters
 
-    # -- public functions ------------------------------------------------------------------------
-
     def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
         """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
         field = self._value("f", q, p, t)
@@ -136,8 +134,6 @@ class SceneInNumbers:
         numbers = self._numbers
         with numbers.working():
             return numbers.public(self._solved(numbers.own(x), numbers.own(mu)))
-
-    # -- their computation -----------------------------------------------------------------------
 
     def _value(
         self, what: str, q: Vector, second: Vector | None = None, t: Number | None = None

@@ -143,9 +143,6 @@ def take_time(a, j):
         save(a.coefficients[j], 0, ADJOINT.prepare(q))
 
 
-# -- a step where no bond ties unknowns of two sites -------------------------------------------
-
-
 def drift(system, a, c):
     """Do the step of every free site without its kicks; return the status."""
     status, most, sum_ = OK, 0, 0

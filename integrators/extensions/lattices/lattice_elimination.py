@@ -13,8 +13,6 @@ site's eliminated block. Only these entries are carried from one site to the nex
 
 from ...compiler.decorators import kernel
 
-# -- matrices as tuples of rows --------------------------------------------------------------------
-
 
 def block(flat, i, j, width):
     """Return the S×S block (i, j) of a matrix stored by rows."""
@@ -107,9 +105,6 @@ def unpacked(entries, places):
     """Return the S×S block with these entries at the given places and zeros elsewhere."""
     known = dict(zip(places, entries))
     return tuple([tuple([known.get(i * S + j, 0.0) for j in range(S)]) for i in range(S)])
-
-
-# -- elimination along a chain ---------------------------------------------------------------------
 
 
 def of_site(system, a, c, i):

@@ -115,9 +115,6 @@ def larger(a, b):
     return a if a > b else b
 
 
-# -- any list of bonds: the equations for a sparse factorisation -----------------------------------
-
-
 def relaxed_solution(j, a):
     """Solve substep j for w, correcting each site as if all others were right; return the status.
 
@@ -184,9 +181,6 @@ def assemble(tied, system, a, c):
         add(a.work, j, tuple([-e for e in of_j]) + flattened(jj))
         if tied:
             put(a.ties, k, flattened(ij) + flattened(ji))
-
-
-# -- the state at the end of a substep ------------------------------------------------------------
 
 
 def update_sites(system, a, c):
