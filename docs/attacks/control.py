@@ -40,19 +40,6 @@ slow = Control(long, cost=lambda x, v, f, p: f.dot(f) / 2 + x[0] ** 2, end=([1],
 
 
 @discretisation(order=2)
-def beside_the_middle(L, G, x, u, h):
-    """The point of midpoint moved by 10⁻⁶ of the step: of order 1."""
-    return h * L(G.target(x, u, (Rational(1, 2) + Rational(1, 10**6)) * h), u)
-
-
-@discretisation(order=2)
 def another_velocity(L, G, x, u, h):
     """A velocity that is larger by 10⁻⁸: not consistent."""
     return h * L(G.target(x, u, h / 2), u * (1 + Rational(1, 10**8)))
-
-
-@discretisation(order=2)
-def rounded_middle(L, G, x, u, h):
-    """Sound in double precision: weights that are floats."""
-    m = G.target(x, u, h / 2)
-    return h * (0.1 * L(m, u) + 0.2 * L(m, u) + 0.7 * L(m, u))

@@ -7,40 +7,17 @@ exit code 1 if there is a wrong one. Scenes come in random units of length, time
 import random
 import sys
 from collections import Counter
-from fractions import Fraction
 
 import sympy
+from order import drift, kick, verlet
+from random_sound import GROUPS, ON_PAIRS, PUBLISHED, in_units
 
-from discmech import Scene, discretisation, one_step, pair, scenes
+from discmech import discretisation, one_step, scenes
 from discmech.integrators import BadInput, rules
 from discmech.studies import check
 
 PAIRS = ("pendulum", "double-pendulum", "kepler", "henon-heiles", "spring-pendulum")
-GROUPS = ("rigid-body", "heavy-top", "kirchhoff")
-PUBLISHED = ("rectangle", "midpoint", "trapezoidal", "gauss-2", "gauss-3", "lobatto-3", "lobatto-4",
-             "triple-jump:trapezoidal", "suzuki:midpoint", "kahan-li-6:trapezoidal",
-             "kahan-li-8:midpoint", "stoermer-verlet", "implicit-midpoint", "dual-gauss-2",
-             "newmark-0.5-0")  # fmt: skip
-
-
-def in_units(name, drawn):
-    """A scene on a pair groupoid in random units of length, time and action."""
-    plain = scenes.get(name)
-    length, time, action = (sympy.Integer(10) ** drawn.randint(-9, 9) for _ in range(3))
-    given = plain.lagrangian
-
-    def lagrangian(x, v, p):
-        return action / time * given(x / length, v * time / length, p)
-
-    def scaled(values, unit):
-        return [sympy.Rational(sympy.sympify(e) * unit) for e in values]
-
-    return Scene(
-        name=f"{name}-{length}-{time}-{action}".replace("/", "per"), groupoid=pair(len(plain.x0)),
-        parameters=plain.parameters, lagrangian=lagrangian, x0=scaled(plain.x0, length),
-        v0=scaled(plain.v0, length / time), duration=plain.duration * Fraction(time),
-        step=plain.step * Fraction(time),
-    )  # fmt: skip
+LONGER = ("lobatto-4", "kahan-li-8:midpoint")
 
 
 def number(drawn, low=-1.0, high=1.0):
@@ -53,17 +30,6 @@ def shares(drawn, count):
     found = [number(drawn, 0.2, 1) * drawn.choice((1, 1, 1, -1)) for _ in range(count)]
     total = sum(found)
     return [e / total for e in found] if abs(total) > sympy.Rational(1, 5) else shares(drawn, count)
-
-
-def drift(s, z, h):
-    """A drift: x follows ξ(x, μ), which needs an H that is separable."""
-    x, mu = s.split(z)
-    return s.join(x + h * s.split(s.f(z))[0], mu)
-
-
-def kick(s, z, h):
-    x, mu = s.split(z)
-    return s.join(x, mu + h * s.split(s.f(z))[1])
 
 
 # -- sound -----------------------------------------------------------------------------------------
@@ -132,21 +98,11 @@ def quadrature(drawn):
 
 
 def published(drawn):
-    name = drawn.choice(PUBLISHED)
-    everywhere = name not in (
-        "stoermer-verlet",
-        "implicit-midpoint",
-        "dual-gauss-2",
-        "newmark-0.5-0",
-    )
-    return rules.get(name), (*PAIRS, *GROUPS) if everywhere else PAIRS
+    name = drawn.choice((*PUBLISHED, *LONGER, *ON_PAIRS))
+    return rules.get(name), PAIRS if name in ON_PAIRS else (*PAIRS, *GROUPS)
 
 
 # -- unsound ---------------------------------------------------------------------------------------
-
-
-def verlet(s, z, h):
-    return kick(s, drift(s, kick(s, z, h / 2), h), h / 2)
 
 
 def damped(drawn):
@@ -246,7 +202,9 @@ def trial(kind, drawn):
     """(scene, rule, digits) of one trial."""
     rule, names = kind(drawn)
     name = drawn.choice(names)
-    scene = scenes.get(name) if name in GROUPS else in_units(name, drawn)
+    scene = scenes.get(name)
+    if name in PAIRS:
+        scene = in_units(scene, tuple(drawn.randint(-9, 9) for _ in range(3)))
     return scene, rule(scene.step) if kind is timed_steps else rule, drawn.choice((16, 50))
 
 

@@ -54,7 +54,8 @@ def answer_of(words):
     program, *rest = words
     if program == "python":
         done = subprocess.run([sys.executable, *rest], cwd=HERE, capture_output=True, check=False)
-        return ANSWERS.get(done.returncode, f"exit code {done.returncode}")
+        answer = ANSWERS.get(done.returncode, f"exit code {done.returncode}")
+        return "an error of its own" if b"Traceback" in done.stderr else answer
     return ANSWERS[main([*rest, "--jobs", "1"])]
 
 
