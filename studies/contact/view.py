@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.records import AtMost, decoded, number
 from ..core.result import NONE, Result
-from ..report.view import Column, View
+from ..report.view import Column, View, decimals
 from ..report.wording import scientific
 from .records import Laws, Measured
 
@@ -37,10 +37,6 @@ def _got(case: Case) -> str:
     return ", ".join(said if order is None else [*said, f"impacts of order {order:.2f}"])
 
 
-def _order(case: Case) -> str:
-    return NONE if case.measured.order is None else f"{case.measured.order:.2f}"
-
-
 def _impacts(case: Case) -> str:
     """Return the impacts of both modes, with the end of the run, which is shorter than a scene's.
 
@@ -54,7 +50,8 @@ def _impacts(case: Case) -> str:
 VIEW = View(
     measured=Measured, expected=AtMost,
     columns=[
-        ("Impacts, stepped and located", _impacts), ("Order", _order),
+        ("Impacts, stepped and located", _impacts),
+        ("Order", lambda case: decimals(case.measured.order, 2)),
         _column("penetration", "Penetration"), _column("cone", "Cone"),
         _column("impact_energy", "Energy of impacts"),
         _column("jump", "Momentum of impacts"),

@@ -15,7 +15,7 @@ from ..report.grouping import by_scene
 from ..report.labels import end_labels
 from ..report.palette import MUTED, SHORT, Mark
 from ..report.plot_convergence import Line, Point
-from ..report.view import Sketch, Titles, View, measured_column
+from ..report.view import Sketch, Titles, View, decimals, measured_column
 from ..report.wording import scientific
 from .records import Expected, Measured, Row
 
@@ -71,11 +71,6 @@ def _got(case: Case) -> str:
     order = case.measured.space_order
     parts = ("" if order is None else f"order in space {order:.3f}", _forms(case))
     return ", ".join(part for part in parts if part not in ("", NONE)) or NONE
-
-
-def _space(case: Case) -> str:
-    order = case.measured.space_order
-    return NONE if order is None else f"{order:.3f}"
 
 
 def _of_kind(case: Case, kind: str) -> list[Row]:
@@ -163,7 +158,8 @@ def _line(case: Case) -> Line:
 VIEW = View(
     measured=Measured, expected=Expected, row=Row,
     columns=[
-        ("Order in space", _space), ("Contact", _contact),
+        ("Order in space", lambda case: decimals(case.measured.space_order, 3)),
+        ("Contact", _contact),
         measured_column("patch", "Law on patches"), measured_column("residual"),
         ("ns a site and step", _cost), ("Bytes a site", _memory),
     ],

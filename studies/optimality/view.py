@@ -9,7 +9,7 @@ from ..report import plot_convergence
 from ..report.grouping import by_scene
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
-from ..report.view import Sketch, Titles, View
+from ..report.view import Sketch, Titles, View, decimals
 from ..report.wording import plus_minus, scientific
 from .records import Expected, Measured, Row
 
@@ -28,17 +28,13 @@ WHAT = "change of the solution"
 def _orders(case: Case) -> str:
     """Return the order of each kind of unknown."""
     return ", ".join(
-        f"{kind} {'exact' if kind in case.measured.exact else NONE if p is None else f'{p:.3f}'}"
+        f"{kind} {'exact' if kind in case.measured.exact else decimals(p, 3)}"
         for kind, p in case.measured.orders.items()
     )
 
 
 def _figure(cost: float | None) -> str:
     return NONE if cost is None else f"{cost:.6g}"
-
-
-def _short(case: Case) -> str:
-    return NONE if case.measured.order is None else f"{case.measured.order:.3f}"
 
 
 def _line(case: Case) -> Line:
@@ -71,5 +67,5 @@ VIEW = View(
         ("Corrections", lambda case: ", ".join(map(str, case.measured.corrections))),
     ],
     got=lambda case: plus_minus(case.measured.order, case.measured.interval),
-    wanted=_wanted, short=_short, sketches=_sketches,
+    wanted=_wanted, short=lambda case: decimals(case.measured.order, 3), sketches=_sketches,
 )  # fmt: skip

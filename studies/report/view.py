@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..core.result import NONE
 from .wording import pairs, scientific
 
 if TYPE_CHECKING:
@@ -35,6 +36,11 @@ class Sketch:
 def measured_column(key: str, head: str = "") -> Column:
     """Return a column for a number of `measured`, with the key as its heading."""
     return head or key.capitalize(), lambda case: scientific(case.figures.get(key))
+
+
+def decimals(value: float | None, places: int) -> str:
+    """Return a number with so many decimals, a dash for None."""
+    return NONE if value is None else f"{value:.{places}f}"
 
 
 def no_figures(cases: Sequence[AnyResult], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

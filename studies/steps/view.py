@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from ..core.result import NONE, Result
-from ..report.view import View, measured_column
+from ..report.view import View, decimals, measured_column
 from ..report.wording import scientific
 from .records import Expected, Measured
 
 Case = Result[Measured, Expected, object]
-
-
-def _order(case: Case) -> str:
-    return NONE if case.measured.order is None else f"{case.measured.order:.3f}"
 
 
 def _wanted(case: Case) -> str:
@@ -34,7 +30,8 @@ def _got(case: Case) -> str:
 VIEW = View(
     measured=Measured, expected=Expected,
     columns=[
-        ("Order", _order), measured_column("back", "There and back"),
+        ("Order", lambda case: decimals(case.measured.order, 3)),
+        measured_column("back", "There and back"),
         measured_column("form", "Extended form"), measured_column("band", "Energy band"),
         measured_column("slope", "Energy slope"),
     ],

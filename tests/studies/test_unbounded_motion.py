@@ -27,18 +27,6 @@ SPRING = Scene("spring", pair(1), lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
                x0=[1], v0=[0], step="0.5", duration=10)  # fmt: skip
 
 
-@pytest.mark.dear("[energy]")
-@pytest.mark.parametrize("study", ["energy", "momentum"])
-def test_a_geodesic_that_runs_to_the_boundary_is_no_failure(study):
-    found = measured(study, GEODESIC, "midpoint", 16, 10_000)
-    assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
-
-
-def test_a_motion_that_rolls_down_a_hill_is_no_failure():
-    found = measured("energy", HILL, "midpoint", 16, 10_000)
-    assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("rule", ["explicit-euler", "runge-kutta-4", "rectangle"])
 def test_a_bounded_motion_that_a_method_blows_up_is_its_failure(rule):
@@ -80,8 +68,13 @@ def test_no_ladder_is_cut_before_the_end_of_a_motion(digits):
     assert "stops at t = 1.11072: the solution is singular there" in found["reason"]
 
 
-def test_a_motion_that_leaves_every_bound_is_no_failure_of_a_step_either():
-    found = measured("symplecticity", STEEP, "trapezoidal", 16, 200)
+@pytest.mark.dear("scene0-energy")
+@pytest.mark.parametrize(("scene", "study", "rule", "steps"), [
+    (GEODESIC, "energy", "midpoint", 10_000), (GEODESIC, "momentum", "midpoint", 10_000),
+    (HILL, "energy", "midpoint", 10_000), (STEEP, "symplecticity", "trapezoidal", 200),
+])  # fmt: skip
+def test_a_motion_that_leaves_every_bound_is_no_failure(scene, study, rule, steps):
+    found = measured(study, scene, rule, 16, steps)
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
 
 

@@ -152,17 +152,6 @@ def test_legendre_maps_from_their_definitions(scene, rule):
         assert not all_close(point.at(flipped), minus, 10)
 
 
-@pytest.mark.sampled
-@every_scheme
-def test_residual_is_the_equation_between_two_arrows(scene, rule):
-    of = scheme(scene, rule)
-    point, m = Point(of), len(of.u)
-    v = Matrix(m, 1, [u + Rational(1, 7 + i) for i, u in enumerate(point.u)])
-    y = point.g.target(point.x, point.u, point.h)
-    wanted = [point.left(point.x, point.u, a) - point.right(y, v, a) for a in range(m)]
-    assert all_close(point.at(of.residual, v=v), wanted)
-
-
 @pytest.mark.dear(
     but=("rectangle", "pendulum", "by-", "on-", "own]", "imex", "body", "plane", "charged")
 )

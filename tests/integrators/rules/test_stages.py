@@ -208,48 +208,6 @@ def test_derivatives_are_schur_complements():
     )
 
 
-def runge_kutta(force, tableaus, x, mu, h):
-    """One step of a partitioned Runge–Kutta method on ẋ = μ, μ̇ = force(x), by fixed points."""
-    (a, b), (a_hat, _) = tableaus
-    count, forces = len(b), None
-    forces = [force(x)] * len(b)
-    for _ in range(200):
-        momenta = [mu + h * sum(a_hat[i][j] * forces[j] for j in range(count))
-                   for i in range(count)]  # fmt: skip
-        places = [x + h * sum(a[i][j] * momenta[j] for j in range(count)) for i in range(count)]
-        new = [force(p) for p in places]
-        done = max(abs(p - q) for p, q in zip(new, forces, strict=True)) < mpmath.mpf(10) ** -58
-        forces = new
-        if done:
-            break
-    return (x + h * sum(b[i] * momenta[i] for i in range(count)),
-            mu + h * sum(b[i] * forces[i] for i in range(count)))  # fmt: skip
-
-
-def tableaus(name):
-    """Gauss of order 4; Lobatto IIIA–IIIB of order 4 (Hairer, Lubich, Wanner, II.1.4)."""
-    q = mpmath.mpf(1)
-    root = mpmath.sqrt(3) / 6
-    if name == "gauss-2":
-        gauss_2 = ([[q / 4, q / 4 - root], [q / 4 + root, q / 4]], [q / 2, q / 2])
-        return gauss_2, gauss_2
-    b = [q / 6, 2 * q / 3, q / 6]
-    three_a = [[0, 0, 0], [5 * q / 24, q / 3, -q / 24], b]
-    three_b = [[q / 6, -q / 6, 0], [q / 6, q / 3, 0], [q / 6, 5 * q / 6, 0]]
-    return (three_a, b), (three_b, b)
-
-
-@pytest.mark.parametrize("rule", ["gauss-2", "lobatto-3"])
-def test_on_pairs_they_are_runge_kutta_methods(rule):
-    run = flow_of("pendulum", rule).trajectory(5)
-    with mpmath.workdps(60):
-        x, mu = run.x[0, 0], run.mu[0, 0]
-        h = mpmath.mpf(run.step.numerator) / run.step.denominator
-        for k in range(1, 6):
-            x, mu = runge_kutta(lambda z: -mpmath.sin(z), tableaus(rule), x, mu, h)
-            assert close([x, mu], [run.x[k, 0], run.mu[k, 0]], 1e-47)
-
-
 def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
     for ours, theirs in (("gauss-1", "midpoint"), ("lobatto-2", "trapezoidal")):
         one, two = (flow_of("kepler", r).trajectory(5) for r in (ours, theirs))

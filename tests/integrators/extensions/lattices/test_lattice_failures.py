@@ -13,18 +13,21 @@ from discmech.integrators.rules import gauss
 from tests.integrators.extensions.lattices.test_lattices import fput
 
 
+def beside(on_site, rest, x, v, **more):
+    """Nine sites on weak springs at x = rest, of which site 6 begins elsewhere."""
+    x0, v0 = np.full((9, 1), float(rest)), np.zeros((9, 1))
+    x0[6], v0[6] = x, v
+    return Lattice("beside", pair(1), 9, {}, on_site, lambda x, y, p: -((y[0] - x[0]) ** 2) / 20,
+                   x0=x0, v0=v0, **more)  # fmt: skip
+
+
 @pytest.mark.dear(but=("trapezoidal",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", [gauss(3), midpoint, trapezoidal], ids=lambda r: r.name)
 @pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])
 def test_the_site_that_has_no_numbers_is_named(rule, bonds):
     """Others have none by it."""
-    x0, v0 = np.ones((9, 1)), np.zeros((9, 1))
-    x0[6], v0[6] = 0.05, -1
-    leaving = Lattice(
-        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5,
-        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
-    )  # fmt: skip
+    leaving = beside(lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5, 1, 0.05, -1, bonds=bonds)
     for every in (1, 20):
         with pytest.raises(StepFailure, match=r"(is singular|no longer finite).* at site 6 "):
             Scheme(leaving, rule).flow("1/50").trajectory(20, every)
@@ -33,12 +36,7 @@ def test_the_site_that_has_no_numbers_is_named(rule, bonds):
 def test_a_site_of_the_second_half_is_named(monkeypatch):
     """Halves that are stepped side by side have counts of their own."""
     monkeypatch.setattr(lattice_run, "LEAST", 2)
-    x0, v0 = np.ones((9, 1)), np.ones((9, 1))
-    x0[6], v0[6] = 0.05, -1
-    leaving = Lattice(
-        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 + v[0] ** 4 / 9 - x[0] ** 1.5,
-        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0,
-    )  # fmt: skip
+    leaving = beside(lambda x, v, p: v[0] ** 2 / 2 + v[0] ** 4 / 9 - x[0] ** 1.5, 1, 0.05, -1)
     with pytest.raises(StepFailure, match="at site 6 at step 3"):
         Scheme(leaving, trapezoidal).flow("1/50").trajectory(20, 20)
 
@@ -46,12 +44,7 @@ def test_a_site_of_the_second_half_is_named(monkeypatch):
 @pytest.mark.slow
 def test_a_site_whose_first_step_is_not_found_is_named():
     """Its step ends where its mass is infinite, before a row is shown."""
-    x0, v0 = np.zeros((9, 1)), np.zeros((9, 1))
-    x0[6], v0[6] = 1, -8
-    ending = Lattice(
-        "ending", pair(1), 9, {}, lambda x, v, p: (v[0] ** 2 + v[0] ** 4 / 9) / 2 / (1 + x[0]),
-        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0,
-    )  # fmt: skip
+    ending = beside(lambda x, v, p: (v[0] ** 2 + v[0] ** 4 / 9) / 2 / (1 + x[0]), 0, 1, -8)
     with pytest.raises(StepFailure, match="at site 6 at step 0"):
         Scheme(ending, trapezoidal).flow("1/4").trajectory(20)
 
