@@ -42,6 +42,7 @@ RULES, SCENES, TABLES = (
 )
 #: the data of single scenes and rules: a case has in its key the text of its own alone
 DATA = (SCENES, TABLES, *(RULES / f"{name}.py" for name in (*BUILT_IN, "galerkin")))
+GIVEN = {"fast", "target"}  # what a rule asks of the Lagrangian and of the groupoid
 SHARED = ("causes", "core", "evidence", "systems")  # folders by which all studies measure
 SHOWING = ("command", "report", "user")  # folders that only show results
 #: files of a study that measure nothing
@@ -133,7 +134,21 @@ def _facts(rule: Discretisation) -> Iterator[str]:
         method = rule.method
         yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
     if is_ours(base):
-        yield _text_of_rule(str(base.formula.__module__))
+        yield _instructions(base.formula) or _text_of_rule(str(base.formula.__module__))
+
+
+def _instructions(formula: Callable[..., Any]) -> str:
+    """Return what a formula does that asks for nothing but what it is given; "" for any other.
+
+    So another name of a variable, or another comment, measures nothing anew.
+    """
+    code, words = getattr(formula, "__code__", None), formula.__doc__
+    if code is None or not {*code.co_names} <= GIVEN or code.co_freevars:
+        return ""
+    constants = [e for e in code.co_consts if e != words]
+    if getattr(formula, "__defaults__", None) or not {*map(type, constants)} <= {int, type(None)}:
+        return ""
+    return repr((code.co_code, code.co_names, constants, code.co_argcount))
 
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
@@ -146,10 +161,11 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
 def of_proof(rule: Discretisation, *words: str) -> str:
     """Return the digest of what is proven of a rule, of whatever coefficients.
 
-    words: what was asked beside the order. Raises `Opaque` if some part of it hides its contents.
+    words: what was asked beside the order. Scenes and other rules have no part in a proof. Raises
+    `Opaque` if some part of it hides its contents.
     """
-    text = _text_of_search(STUDIES[0] / "proof")
-    return _digest("prove", *words, str(versions()), text, *of_rule(rule))
+    text = _text_of_mathematics(), _text_of_judges(STUDIES[0] / "proof")
+    return _digest("prove", *words, str(versions()), *text, *of_rule(rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:
@@ -196,9 +212,15 @@ def _text_of_all() -> str:
 
 @cache
 def _text_of_search(folder: Path) -> str:
+    mathematics = _text(_all_in(ROOT / "integrators", ROOT / "reference"))
+    return _digest(mathematics, _text_of_judges(folder))
+
+
+@cache
+def _text_of_judges(folder: Path) -> str:
+    """Return the digest of all files of the shared folders, a study's, and those it imports."""
     shared = (STUDIES[0] / name for name in SHARED)
-    folders = ROOT / "integrators", ROOT / "reference", *shared, *_files_by_folder(folder, True)
-    return _text(_all_in(*folders))
+    return _text(_all_in(*shared, *_files_by_folder(folder, True)))
 
 
 def _all_in(*folders: Path) -> Iterator[Path]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 from collections.abc import Callable
 from contextlib import closing
+from functools import cached_property
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import pytest
 
 from discmech.studies.command.entry import main
+from discmech.studies.core import decisions
 
 
 @pytest.fixture(autouse=True)
@@ -28,6 +32,30 @@ def as_it_is(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     if not hasattr(request.module, "SMALLER"):
         monkeypatch.setattr("discmech.studies.core.running.shrunk", lambda *_: {})
         monkeypatch.setattr("discmech.studies.user.assertions.smallest", lambda *_: None)
+
+
+@pytest.fixture(autouse=True)
+def no_decision_in_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test measures asks no decision in a function that remembers its results."""
+    made = decisions.Decision
+
+    def watched(*given: Any) -> Any:
+        frame: FrameType | None = sys._getframe(1)
+        while frame is not None and frame.f_code.co_name != "measured_case":
+            assert not remembers(frame), f"{given[0]}, in a cache of {frame.f_code.co_qualname}"
+            frame = frame.f_back
+        return made(*given)
+
+    monkeypatch.setattr(decisions, "Decision", watched)
+
+
+def remembers(frame: FrameType) -> bool:
+    """Return True if the function of a frame keeps its results, by a name in its module."""
+    first, *others = frame.f_code.co_qualname.split(".")
+    thing = frame.f_globals.get(first)
+    for name in others:
+        thing = getattr(thing, "__dict__", {}).get(name)
+    return hasattr(thing, "cache_clear") or isinstance(thing, cached_property)
 
 
 @pytest.fixture

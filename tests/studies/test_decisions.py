@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -30,6 +31,16 @@ def is_small(values: list[float]) -> bool:
 @decision
 def share(value: float) -> float:
     return value / LIMIT["most"] if is_small([value]) else math.nan
+
+
+@cache
+def small_once(value: float) -> bool:
+    return is_small([value])
+
+
+def test_a_decision_in_a_cache_is_told_by_each_test_of_a_study():
+    with decisions(), pytest.raises(AssertionError, match="is_small, in a cache of small_once"):
+        small_once(0.5)
 
 
 def kept(made):

@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 from functools import partial
+from types import FunctionType
 
 import pytest
 
@@ -72,7 +73,8 @@ def checkout(tmp_path, monkeypatch):
 def forget():
     for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
                      fingerprint._text_of_rule, fingerprint._text_of_mathematics,
-                     fingerprint._text_of_showing, fingerprint._text_of_search):  # fmt: skip
+                     fingerprint._text_of_showing, fingerprint._text_of_search,
+                     fingerprint._text_of_judges):  # fmt: skip
         function.cache_clear()
 
 
@@ -212,19 +214,31 @@ def test_the_search_for_a_cause_rests_on_all_that_its_study_may_judge(checkout, 
 
 @pytest.mark.parametrize(("file", "counts"), [
     ("studies/proof/laws.py", True), ("studies/evidence/powers.py", True),
+    ("integrators/rules/composition.py", True), ("integrators/rules/trapezoidal.py", False),
+    ("integrators/scenes/pendulum.py", False),
     ("studies/momentum/limits.py", False), ("studies/energy/judging.py", False),
 ])  # fmt: skip
 def test_a_proof_rests_on_all_that_proves(checkout, file, counts):
     assert changes(checkout, file, partial(fingerprint.of_proof, midpoint)) == counts
 
 
-@pytest.mark.slow
-def test_a_rule_rests_on_its_file_and_on_those_that_it_imports_there(checkout):
-    assert changes(checkout, "integrators/rules/midpoint.py", key)
-    assert not changes(checkout, "integrators/rules/trapezoidal.py", key)
-    composed = partial(key, rule=compose(trapezoidal, "suzuki"))
-    assert changes(checkout, "integrators/rules/trapezoidal.py", composed)
-    assert changes(checkout, "integrators/rules/rectangle.py", partial(key, rule=rectangle))
+def altered(rule, **parts):
+    """The rule with other parts of its formula's code, as if its file said so."""
+    formula = FunctionType(rule.formula.__code__.replace(**parts), rule.formula.__globals__)
+    return replace(rule, formula=formula)
+
+
+@pytest.mark.parametrize("rule", [rectangle, midpoint, trapezoidal, imex], ids=lambda r: r.name)
+def test_a_rule_rests_on_what_its_formula_does_and_not_on_the_words_for_it(rule):
+    code = rule.formula.__code__
+    names = tuple(f"{name}_" for name in code.co_varnames)
+    said = ("other words", *code.co_consts[1:])
+    assert key(rule=altered(rule, co_varnames=names, co_consts=said)) == key(rule=rule)
+    different = [altered(rule, co_consts=(*code.co_consts[:-1], 3)),
+                 altered(rule, co_code=trapezoidal.formula.__code__.co_code[:-2])]  # fmt: skip
+    assert len({key(rule=each) for each in (rule, *different)}) == 3
+    composed = {key(rule=compose(each, "suzuki")) for each in (rule, *different)}
+    assert len(composed) == 3
 
 
 @pytest.mark.slow
