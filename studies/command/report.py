@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +16,12 @@ from discmech.integrators.numbers import flatten
 
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
-from ..core.family import of_each_kind, same_steps
+from ..core.family import of_each_kind, same_steps, step_text
 from ..core.fingerprint import of_views
 from ..core.history import History
 from ..core.plan import Plan
 from ..core.running import run_plan
+from ..core.side_by_side import answer
 from ..core.store import Store
 from ..core.study import every_study, known_study
 from ..core.workers import worker_pool
@@ -66,7 +68,7 @@ def make_report(
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
     if few := whole and not bench and not choice.thorough:
-        same = same_steps(choice.pairs())
+        same = same_steps(choice.pairs(), partial(answer, step_text, store))
         choice = replace(choice, own=(*choice.own, ("not_meant", tuple(same))))
         choice = replace(choice, own=(*choice.own, ("few", of_each_kind(choice.pairs()))))
     studies = [study for study in every_study().values()

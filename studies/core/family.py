@@ -7,7 +7,7 @@ are used for accuracy. Runs are short, for a step costs as much as its order.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
 from discmech.integrators import Scene, Scheme
@@ -62,17 +62,22 @@ def of_each_kind(pairs: Iterable[Pair]) -> frozenset[tuple[str, str]]:
     return frozenset(picks)
 
 
-def same_steps(pairs: Iterable[Pair]) -> dict[tuple[str, str], str]:
+def step_text(scheme: Scheme) -> str:
+    """Return the digest of the equations of a step."""
+    return text_key(scheme.equations.step)
+
+
+def same_steps(pairs: Iterable[Pair], asked: Callable[[Pair], str]) -> dict[tuple[str, str], str]:
     """Return (scene, rule) ↦ an earlier rule whose equations of a step are the same there.
 
-    Rules differ in where they ask L; without a base there is one place.
+    Rules differ in where they ask L; without a base there is one place. asked: gives a pair's
+    `step_text`.
     """
     first: dict[tuple[str, str], str] = {}
     same: dict[tuple[str, str], str] = {}
     for scene, rule in pairs:
         if not scene.groupoid.dim_x:
-            step = text_key(Scheme(scene, rule).equations.step)
-            earlier = first.setdefault((scene.name, step), rule.name)
+            earlier = first.setdefault((scene.name, asked((scene, rule))), rule.name)
             if earlier != rule.name:
                 same[scene.name, rule.name] = earlier
     return same

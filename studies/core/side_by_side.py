@@ -252,15 +252,21 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> 
     """Return the answer of `also` for the task's scheme, by its place among the pairs."""
     if also is None or task.pair is None:
         return {}
-    pair = plan.pairs[task.pair]
     try:
-        make: Callable[[], Any] = partial(also, scheme_of(*pair))
-        if store is not None:
-            with suppress(Opaque):
-                make = partial(store.remembered, "answer", fingerprint.of_answer(also, *pair), make)
-        return {task.pair: make()}
+        return {task.pair: answer(also, store, plan.pairs[task.pair])}
     except BadInput:  # the cases report it
         return {}
+
+
+def answer(
+    also: Callable[[Scheme], Any], store: Store | Carried | None, pair: tuple[Any, Any]
+) -> Any:
+    """Return what a function says of the scheme of a scene and a rule, kept in a store."""
+    with suppress(Opaque):
+        if store is not None:
+            named = fingerprint.of_answer(also, *pair)
+            return store.remembered("answer", named, lambda: also(scheme_of(*pair)))
+    return also(scheme_of(*pair))
 
 
 def _packed(plan: Plan) -> tuple[bytes, tuple[tuple[str, str], ...]] | None:

@@ -7,6 +7,7 @@ import json
 import os
 import re
 from contextlib import redirect_stdout
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -17,8 +18,9 @@ from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, Verdict
-from discmech.studies.core.family import of_each_kind, same_steps
+from discmech.studies.core.family import of_each_kind, same_steps, step_text
 from discmech.studies.core.plan import Plan
+from discmech.studies.core.side_by_side import answer
 from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
 
@@ -109,7 +111,7 @@ def test_a_report_of_everything_leaves_out_digits_and_no_method():
     Each kind of scene and each simple rule is run at 50 digits.
     """
     studies = [study for study in every_study().values() if study.usual]
-    same = same_steps(Choice().pairs())
+    same = same_steps(Choice().pairs(), partial(answer, step_text, None))
     assert {rule for _, rule in same} == {"midpoint", "trapezoidal"}
     assert {*same.values()} == {"rectangle"} and ("suslov", "midpoint") in same
     own = (("not_meant", tuple(same)), ("few", of_each_kind(Choice().pairs())))
