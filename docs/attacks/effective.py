@@ -58,19 +58,9 @@ def verlet(L, G, x, u, h):
     return h * (L(x, u) + L(G.target(x, u, h), u)) / 2
 
 
-@discretisation(order=2, effective=2)
-def verlet_two(L, G, x, u, h):
-    return h * (L(x, u) + L(G.target(x, u, h), u)) / 2
-
-
 @discretisation(order=1, effective=2, groupoids="pair")
 def one_end(L, G, x, u, h):
     """Symplectic Euler, which is Verlet but for a change of momentum by h/2 ∂V."""
-    return h * L(x, u)
-
-
-@discretisation(order=1, effective=3, groupoids="pair")
-def one_end_three(L, G, x, u, h):
     return h * L(x, u)
 
 

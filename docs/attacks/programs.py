@@ -42,9 +42,6 @@ no_number = program(
     "no-number", f"found = verlet(q, p, h, n, e)\nfound['x'][-1] = [math.nan]\n{SAY}"
 )
 short = program("short", f"found = verlet(q, p, h, n, e)\nfound['mu'].pop()\n{SAY}")
-few_digits = program(
-    "few-digits", "print(repr(verlet(q, p, h, n, e)).replace(\"'\", '\"')[:30], flush=True)"
-)
 #: the sign of the last kick
 flipped = program(
     "flipped",

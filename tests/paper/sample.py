@@ -20,8 +20,6 @@ from sympy import Matrix, Rational, eye, zeros
 from .cubic import Cubic
 from .numbers import columns, number, numbers, slope
 
-#: what a mutant may have wrong: the maps, the functions derived of them, L_d and its derivatives
-INGREDIENTS = ("b", "p", "ι", "ρ", "L", "R", "C", "L_d", "dL_d", "ddL_d", "τ")
 OFF = Rational(1, 10**30)
 
 

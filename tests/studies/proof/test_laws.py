@@ -16,7 +16,6 @@ from discmech.studies.proof.laws import LAWS
 
 slow = pytest.mark.slow
 HALF, OFF = Fraction(1, 2), Fraction(1, 10**9)
-CUBIC = "H(x, μ) of degree 3, n = 2"
 
 
 def explicit(rows, weights, order):
