@@ -70,17 +70,13 @@ def test_on_lobatto_nodes_too(name, rule):
     assert (mu + dual.T == 1).all() and not np.array_equal(mu, dual)
 
 
-def test_on_lobatto_nodes_at_fifty_digits():
-    fixed, newton = both(SCENES["pendulum"], "lobatto-3", "0.1", digits=50)
+@pytest.mark.parametrize(("name", "rule"), [
+    ("pendulum", "lobatto-3"), ("pendulum", "gauss-2"), ("heavy-top", "gauss-2"),
+])  # fmt: skip
+def test_fifty_digits_need_no_elimination(name, rule):
+    fixed, newton = both(SCENES[name], rule, SCENES[name].step, digits=50)
     run = fixed.trajectory(2)
     assert run.solver == "fixed point" and distance(run, newton.trajectory(2)) < 1e-50
-
-
-@pytest.mark.parametrize("name", ["pendulum", "heavy-top"])
-def test_fifty_digits_need_no_elimination(name):
-    scene = SCENES[name]
-    fixed, newton = both(scene, "gauss-2", scene.step, digits=50)
-    assert distance(fixed.trajectory(2), newton.trajectory(2)) < 1e-50
 
 
 @pytest.mark.slow

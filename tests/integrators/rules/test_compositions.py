@@ -25,6 +25,7 @@ from discmech.integrators import (
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import exact_rational
 from discmech.integrators.rules import Composition, adjoint, compose, get, names, own
+from tests.integrators.rules.test_stages import close
 from tests.objects import SCENES, scheme
 
 DIGITS = 50
@@ -44,11 +45,6 @@ cases = pytest.mark.parametrize(("scene", "rule"), CASES)
 @cache
 def flow_of(scene, rule, sign=1, digits=DIGITS):
     return scheme(scene, rule).flow(sign * SCENES[scene].step, digits)
-
-
-def close(a, b, limit=1e-44):
-    gap = max((abs(p - q) for p, q in zip(a, b, strict=True)), default=0)
-    return gap <= limit * (1 + max(map(abs, b), default=0))
 
 
 @pytest.mark.parametrize(("scene", "rule"), [

@@ -104,9 +104,14 @@ def sound(seed):
     return scene, drawn.choice([two_stages, of_two])
 
 
-def judged(scene, rule, seed):
+def told(seed, scene, rule, what, wanted, counts, lines):
+    """Count the verdict, and add a line if another one is wanted."""
     digits = random.Random(seed).choice([16, 50])
-    return run_case(every_study()["order"], Case("order", scene, rule, digits))
+    found = run_case(every_study()["order"], Case("order", scene, rule, digits))
+    counts[found["verdict"]] += 1
+    if found["verdict"] != wanted:
+        lines.append(f"{found['verdict']}: {what} on {scene.name}, {digits} digits ({seed}): "
+                     f"{found['reason']}")  # fmt: skip
 
 
 def trials(seed, of_unsound, of_sound):
@@ -114,23 +119,11 @@ def trials(seed, of_unsound, of_sound):
     counts, lines = [Counter(), Counter()], []
     for k in range(of_unsound):
         scene, rule, what = unsound(seed + k)
-        found = judged(scene, rule, seed + k)
-        counts[0][found["verdict"]] += 1
-        if found["verdict"] != "fail":
-            lines.append(
-                f"{found['verdict']}: {what} on {scene.name} ({seed + k}), {found['reason']}"
-            )
+        told(seed + k, scene, rule, what, "fail", counts[0], lines)
     for k in range(of_sound):
         scene, rule = sound(seed + k)
-        if not rule.applies(scene):
-            scene = SCENES[0]
-        found = judged(scene, rule, seed + k)
-        counts[1][found["verdict"]] += 1
-        if found["verdict"] != "pass":
-            lines.append(
-                f"{found['verdict']}: {rule.name} ({rule.source}) on {scene.name}, "
-                f"{found['digits']} digits ({seed + k}): {found['reason']}"
-            )
+        scene = scene if rule.applies(scene) else SCENES[0]
+        told(seed + k, scene, rule, f"{rule.name} ({rule.source})", "pass", counts[1], lines)
     return counts, lines
 
 
