@@ -99,11 +99,7 @@ class BoxFlow(FlowRuns):
 
     def dual_step(self, x: Numbers, mu: Numbers, t0: Given = 0) -> tuple[Vector, Vector]:
         """Return (x′, μ′), one step after (x, μ)."""
-        return self.advance(x, mu, 1, t0)
-
-    def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Given = 0) -> tuple[Vector, Vector]:
-        """Return (x, μ) after so many steps."""
-        run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
+        run = self.trajectory(1, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
 
     def questions(self) -> int:
