@@ -24,6 +24,7 @@ from discmech.integrators.extensions.lattices import scene_of
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure
 
+from ..core.parts import EXACT
 from ..core.single_steps import Departure, EffectiveOrder
 from . import Evidence, evidence_of
 from .floats import end_of
@@ -143,7 +144,7 @@ def _symmetric(lattice: Lattice) -> Any:
 
     Raises `ReferenceFailure` if there is none: then no exact step is known.
     """
-    for name in ("trapezoidal", "midpoint"):
+    for name in EXACT:
         scheme: Any = Scheme(lattice, rules.get(name))
         with suppress(StepFailure):
             scheme.flow(lattice.step).trajectory(1)

@@ -10,6 +10,7 @@ import pytest
 from discmech.integrators import scenes
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import (
+    BUILT_IN,
     METHODS,
     compose,
     discretisation,
@@ -239,6 +240,14 @@ def test_a_rule_rests_on_what_its_formula_does_and_not_on_the_words_for_it(rule)
     assert len({key(rule=each) for each in (rule, *different)}) == 3
     composed = {key(rule=compose(each, "suzuki")) for each in (rule, *different)}
     assert len(composed) == 3
+
+
+def test_a_lattice_rests_on_the_rule_whose_small_steps_are_its_exact_ones(monkeypatch):
+    ask = partial(key, "lattices", systems.get("toda"), gauss(2))
+    before, of_scene = ask(), key()
+    other = altered(trapezoidal, co_consts=(*trapezoidal.formula.__code__.co_consts[:-1], 3))
+    monkeypatch.setitem(BUILT_IN, "trapezoidal", other)
+    assert ask() != before and key() == of_scene
 
 
 @pytest.mark.slow
