@@ -85,6 +85,12 @@ def test_pair_groupoid(scene, rule, digits, steps, limit):
     assert gap < limit * (10 if scene == "kepler" and digits == 16 else 1)
 
 
+@pytest.mark.parametrize("rule", ["gauss-2", "lobatto-3"])
+def test_stages_have_all_digits(rule):
+    """Of a nonlinear motion, which fixed points solve: in every run, of the cases above some."""
+    test_pair_groupoid("pendulum", rule, 50, 5, 1e-47)
+
+
 def test_textbooks_tell_each_other_apart():
     """What is compared to round-off above differs by far more between the methods."""
     ends = [runge_kutta(rule, pendulum_force, 2.0, 0.0, 1 / 64, STEPS) for rule in TEXTBOOK[:3]]
