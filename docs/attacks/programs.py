@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import RK45
 
 from discmech import black_box, external, recorded, scenes
 
@@ -32,6 +33,19 @@ def program(name, body, first="", **claims):
     text += "(q,), (p,), h, n, e = (a[k] for k in ('x', 'mu', 'h', 'steps', 'every'))\n    "
     words = [sys.executable, "-S", "-c", text + body.replace("\n", "\n    ")]
     return external(words, order=2, name=name, **claims)
+
+
+@black_box(order=5)
+def dormand_prince(q, p, h, system):
+    """A step of scipy's pair of orders 5 and 4, whose next powers of the step are large."""
+
+    def rate(t, z):
+        return np.concatenate(system.f(*np.split(z, 2)))
+
+    z, size = np.concatenate([q, p]), abs(h)
+    solver = RK45(rate, 0.0, z, np.sign(h) * np.inf, size, 1e3, 1e3, first_step=size)
+    solver.step()
+    return np.split(solver.y, 2)
 
 
 SAY = "print(json.dumps(found), flush=True)"

@@ -9,6 +9,7 @@ steps. A program that jumps, as by a loose iteration, has no such sum.
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -179,8 +180,8 @@ def _look(scheme: Scheme, place: Place, drawn: random.Random, remembers: bool) -
     """Return the steps of a program from a place, ever smaller."""
     steps = [place.length * FIRST_OF_PROGRAM * random_fraction(drawn, 0.7, 1)]
     counts = [1] * COUNT_OF_PROGRAM
-    if remembers:
-        counts = [round(4 * 1.45**k) for k in range(COUNT_REMEMBERING)]
+    if remembers:  # numbers of one parity, of which errors of a method of two steps know
+        counts = [4 * math.ceil(1.45**k) for k in range(COUNT_REMEMBERING)]
         steps = [steps[0] / count for count in counts]
     while len(steps) < COUNT_OF_PROGRAM and not remembers:
         steps.append(steps[-1] * random_fraction(drawn, PART_OF_PROGRAM - 0.1,

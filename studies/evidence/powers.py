@@ -51,12 +51,12 @@ def powers_of(steps: Sequence[float], errors: Vector, left: Vector, power: int) 
     (own, *lower), hidden = _sums(power), np.inf
     for first in range(min(OUT, len(h) - FEWEST) + 1):
         x, y, weight = h[first:] / h[first], e[first:], unit[first:]
-        rests, factor = _rest(x, y, weight, own)
+        rests, factor = beside_sum(x, y, weight, own)
         higher = float(np.abs(rests).max())
         if higher <= ROUNDED * usual:
             return Powers(power, factor / h[first] ** power)
         for low, powers in enumerate(lower, 1):
-            rests, factor = _rest(x, y, weight, powers)
+            rests, factor = beside_sum(x, y, weight, powers)
             rest = float(np.abs(rests).max())
             if rest <= ROUNDED * usual and higher > CLEARLY * max(rest, 1.0):
                 return Powers(low, factor / h[first] ** low)
@@ -75,13 +75,13 @@ def lower_together(ladders: Sequence[Ladder], power: int) -> tuple[int, Powers] 
         these = [k for k, (h, *_) in enumerate(known) if len(h) >= FEWEST + first]
         parts = [(h[first:] / h[first], e[first:], usual * unit[first:])
                  for h, e, unit, usual in map(known.__getitem__, these)]  # fmt: skip
-        rests = [[_rest(*part, powers)[0] for part in parts] for powers in _sums(power)]
+        rests = [[beside_sum(*part, powers)[0] for part in parts] for powers in _sums(power)]
         most = [max((np.abs(e).max() for e in each), default=np.inf) for each in rests]
         squares = np.array([[e @ e for e in each] for each in rests])
         low = int(squares[1:].sum(axis=1).argmin()) + 1
         if most[low] <= ROUNDED and squares[0].sum() > TOGETHER * squares[low].sum():
             worst = int((squares[0] - squares[low]).argmax())
-            factor = _rest(*parts[worst], _sums(power)[low])[1]
+            factor = beside_sum(*parts[worst], _sums(power)[low])[1]
             at = these[worst]
             return at, Powers(low, factor / known[at][0][first] ** low)
         if most[0] <= ROUNDED:
@@ -105,8 +105,8 @@ def _known(
     return h, e, unit, max(1.0, min(MOST, usual))
 
 
-def _rest(x: Vector, y: Vector, weight: Vector, powers: list[int]) -> tuple[Vector, float]:
-    """Return (the errors beside a sum of powers, over their weight; the first factor)."""
+def beside_sum(x: Vector, y: Vector, weight: Vector, powers: Sequence[int]) -> tuple[Vector, float]:
+    """Return (a sum of powers of x beside the errors y, over their weight; its first factor)."""
     columns = np.array([x**k for k in powers]).T / weight[:, None]
     sizes = np.abs(columns).max(axis=0)
     factors = np.linalg.lstsq(columns / sizes, y / weight)[0]

@@ -19,7 +19,14 @@ from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, HIGHEST_IN_DOUBLE, LARGE, PART, ladder, measure
 from .recorded import FEWEST
 from .records import BLEW_UP, Found, is_of_a_value
-from .window import approaches, clear_orders, departure, floor, not_converging, off_the_line
+from .window import (
+    clear_orders,
+    departure,
+    floor,
+    hidden_share,
+    not_converging,
+    off_the_line,
+)
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
@@ -93,10 +100,19 @@ def _judge_runs(case: Case, record: Found) -> Verdict:
             )
     if abs(order - expected["order"]) <= tolerance:
         return Verdict("pass", _cut(case, record), expected)
-    if approaches(case, rows, order, tolerance):
+    share = hidden_share(case, rows, certain, order)
+    if share is not None and share <= tolerance:
+        said = (
+            f"the slope of a line is {order:z.3f}, and order {case.order} is reached as the step "
+        )
+        said += "goes to 0: the errors are a sum of this power of the step and the next ones, in "
+        said += f"which a lower power changes the finest error by less than {max(share, 1e-3):.1%}."
+        return Verdict("pass", f"{said} {_cut(case, record)}".rstrip(), expected)
+    if share is not None:
         return unknown(
-            f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
-            "finest steps: take more --steps.",
+            f"order {order:z.3f} may still reach the expected {expected['order']}: the errors are "
+            "a sum of this power of the step and the next ones, but a lower power may change the "
+            f"finest error by {min(share, 1):.0%}: take more --steps.",
             why=MORE_STEPS,
         )
     program = not case.rule.is_formula

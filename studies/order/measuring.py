@@ -20,7 +20,7 @@ from ..core.result import StudyResult
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
 from .records import Found, Row, sentences
-from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers
+from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers, sunk
 
 NAME = "order"
 NEEDS = "it needs a Lagrangian, from which the reference is computed."
@@ -158,7 +158,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     before: End | None = None  # if no other method knows the end, the end of the run before
     for i in range(most):
         # continue only while the asymptotic window has not been reached, and still may be
-        if program and i >= FEWEST and _sunk(case, rows, certain):
+        if program and i >= FEWEST and sunk(case, rows, certain):
             break
         early = program and _early(case, rows, certain)
         if (
@@ -237,9 +237,3 @@ def _early(case: Case, rows: Sequence[Row], certain: float) -> bool:
 def _mean(errors: Any) -> float | None:
     known = [e for e in errors if e is not None]
     return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
-
-
-def _sunk(case: Case, rows: Sequence[Row], certain: float) -> bool:
-    """True if the last errors are at round-off, below which no smaller step leads."""
-    last = [row.error for row in rows[-2:]]
-    return all(e is not None and e <= 10 * floor(case, certain) for e in last)

@@ -20,6 +20,7 @@ from ..core.fitting import (
     orders_between,
 )
 from ..core.outcome import GOING_AWAY, NOT_CONVERGING
+from ..evidence.powers import beside_sum
 from .records import Found, Measured, Row
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
@@ -30,7 +31,7 @@ AWAY = 0.1  # distance of a local order that is not the expected one
 TINY = 1e-9  # relative error that no method has with steps that are too long for the motion
 TOO_LONG = 0.1  # relative error that any method may have with steps that are too long
 LEAST_POINTS = 4  # fewest points of a line
-NEAR = 0.05  # distance of an order that may still reach the expected one at smaller steps
+MORE_POWERS, SPARE = 2, 3  # powers of a sum beside its first one, and fewest errors beyond them
 
 
 def floor(case: Case, certain: float) -> float:
@@ -45,7 +46,11 @@ def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:
     order = measured.order
     if order is None:
         return only_round_off(rows) or bool(departure(case, rows, certain))
-    return not approaches(case, rows, order, REACHED[case.digits == 16])
+    near = REACHED[case.digits == 16]
+    if case.order is None or abs(order - case.order) <= near:
+        return True
+    share = hidden_share(case, rows, certain, order)
+    return share is None or share <= near or (case.digits == 16 and sunk(case, rows, certain))
 
 
 def only_round_off(rows: Sequence[Row]) -> bool:
@@ -60,24 +65,54 @@ def only_round_off(rows: Sequence[Row]) -> bool:
     return all(b > a / 2 for a, b in itertools.pairwise(last))
 
 
+def sunk(case: Case, rows: Sequence[Row], certain: float) -> bool:
+    """True if the last errors are at round-off, below which no smaller step leads."""
+    last = [row.error for row in rows[-2:]]
+    return all(e is not None and e <= 10 * floor(case, certain) for e in last)
+
+
 def above_floor(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if enough errors are above the floor to fit a line."""
     least = floor(case, certain)
     return sum(row.error is not None and row.error > least for row in rows) >= LEAST_POINTS
 
 
-def approaches(case: Case, rows: Sequence[Row], order: float, within: float) -> bool:
-    """True if the slope misses the expected order by little, and the local orders approach it.
+def hidden_share(case: Case, rows: Sequence[Row], certain: float, slope: float) -> float | None:
+    """Return by which share a lower power may change the finest error, if the expected order is
+    reached.
 
-    within: the distance at which it is not missed. A line through the first steps of a method of
-    order p, though it looks straight, may have a slope that is off by the next term of the error.
+    A method of order p has errors hᵖ(c₀ + c₁h + c₂h² + …), of which a line has the slope p only
+    where c₁h is small; a lower power adds b hᵖ⁻¹. Three terms are fitted, with the weight of what a
+    line leaves (`STRAIGHT`) and of a run's round-off, which N steps make √N times that of one. If
+    they leave r of this, at most, and a lower power that is all of the finest error would leave s
+    beside them, then r is too little for one of more than r/s of that error, since what is left is
+    linear in the errors. (Such a power moves the local order by its share, so the tolerance of an
+    order is that of the share.) In the same way c₀hᵖ is there if it is more than r over what it
+    would leave beside the other two. Of all windows that end at the finest error above round-off
+    and hold the line's points the least r/s counts: each of them bounds the same power. None if
+    none is explained, r ≤ 1, with a first term, or if below p a lower power may be half of the
+    error: then the line tells the order.
     """
-    expected = case.order
-    if expected is None or not within < abs(order - expected) <= NEAR:
-        return False
-    used = [row for row in rows if row.used]
-    missed = [abs(p - expected) for p in _local_orders(used)]
-    return missed[-1] < 0.75 * missed[0] and missed == sorted(missed, reverse=True)
+    order, least, best = case.order, floor(case, certain), math.inf
+    clear = [row for row in rows if row.error is not None and row.error > least]
+    if not order or not clear:
+        return None
+    steps, errors = np.array([(abs(row.step), row.error) for row in clear]).T
+    weight = (2 ** STRAIGHT[case.digits == 16] - 1) * errors
+    weight += least * np.sqrt([row.steps for row in clear])
+    own = range(order, order + MORE_POWERS + 1)
+    lines = [k for k, row in enumerate(clear) if row.used]
+    for first in range(1 + min([len(clear) - len(own) - SPARE, *lines[:1]])):
+        x, wide = steps[first:] / steps[-1], weight[first:]
+        rests, constant = beside_sum(x, errors[first:] / errors[-1], wide / errors[-1], own)
+        left = np.abs(rests).max()
+        of_first, of_lower = (
+            np.abs(beside_sum(x, x**power, wide / errors[-1], others)[0]).max()
+            for power, others in ((order, own[1:]), (order - 1, own))
+        )
+        if left <= min(1, constant * of_first):
+            best = min(best, float(left / of_lower))
+    return best if best < 0.5 or (order < slope and best < math.inf) else None
 
 
 def _local_orders(rows: Sequence[Row]) -> list[float]:

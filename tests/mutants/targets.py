@@ -30,7 +30,7 @@ JUDGES = (
       ("order", "symplecticity", "momentum", "energy", "contact", "stability", "steps",
        "optimality", "work_precision")),
     _study("order"),
-    _study("order", "approaches", "departure", "_local_orders", "not_converging", "is_bent",
+    _study("order", "hidden_share", "departure", "_local_orders", "not_converging", "is_bent",
            "floor", "NOWHERE", "AWAY", "NEAR", "STRAIGHT", module="window"),
     _study("order", "_with_multipliers", "_of_recorded"),
     _study("order", "_of_.*", "_unresolved", module="judging_steps"),

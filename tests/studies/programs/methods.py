@@ -233,6 +233,24 @@ class QuaternionMidpoint:
         return state[1:]
 
 
+@black_box(order=2)
+class ReversibleHeun:
+    """Its second state is wrong by ±h³ in turn, so that errors know whether steps are even."""
+
+    def start(self, q, p, h, s):
+        return q, p, q, p
+
+    def step(self, state, h, s):
+        q, p, a, b = state
+        u, v = s.f(a, b)
+        a, b = 2 * q - a + h * u, 2 * p - b + h * v
+        w, z = s.f(a, b)
+        return q + h / 2 * (u + w), p + h / 2 * (v + z), a, b
+
+    def read(self, state, s):
+        return state[:2]
+
+
 def whole_runs(changed):
     """Return Verlet as a program of whole runs, whose momentum in row k of so many is changed."""
 

@@ -79,7 +79,7 @@ def test_coefficients_of_few_digits_in_all_components_together(scene, digits, or
 @pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["pendulum", "kepler"])
 @pytest.mark.parametrize("name", [
-    "verlet", "rk4", "ruth", "yoshida", "Beeman",
+    "verlet", "rk4", "ruth", "yoshida", "Beeman", "ReversibleHeun",
     *(pytest.param(name, marks=pytest.mark.slow) for name in ("newmark", "GeneralisedAlpha")),
 ])  # fmt: skip
 def test_a_sound_program_has_no_lower_power(scene, name):
