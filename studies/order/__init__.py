@@ -19,7 +19,8 @@ STUDY = StudyFolder(
     ),
     judged=(
         "slope over the asymptotic window, from both sides: ±{double precision}, at 50 digits "
-        "±{more digits}"
+        "±{more digits}; or a sum of this power of the step and the next two, in which a lower "
+        "one has no such share"
     ),
     about=(
         "Each scheme runs to the same time on a ladder of step sizes, and its error in (x, μ) "
