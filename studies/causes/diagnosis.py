@@ -33,8 +33,10 @@ from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another one counts as equal
-#: a share of the usual error of a lower order: no coefficient that is meant leaves so little
-ROUNDED = 1e-5
+#: a share of the usual error of a lower order: a coefficient that is off by δ of itself leaves 1 to
+#: 11 δ (a node, a weight and a point on three scenes), or a higher power of δ; and two fractions
+#: that are meant differ by 1/`MEANT`² at least
+ROUNDED = 1 / MEANT**2
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
 #: a method that checks a reference: it shares no formula with it, and its own error is measured
 WITNESS = "kahan-li-8:trapezoidal"
@@ -192,8 +194,8 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             "discrete Lagrangian",
             f"L_d differs from one of order {wanted} by O(h^{round(errors.order) + 1}), by about "
             f"{share:.1g} of what is usual for that power ({off}), and in the end the method is of "
-            f"order {round(errors.order)}: a number in the rule, or a term, is wrong from about "
-            "that part of it on; write numbers exactly, or in G.constant to all digits.",
+            f"order {round(errors.order)}: a number in the rule has too few digits, or a term is "
+            "too small to be meant; write numbers exactly, or in G.constant to all digits.",
         )
     # on a motion of so much symmetry that all points are exact momenta alone show an order
     gauge = wanted - NEAR < errors.order_of_points < math.inf

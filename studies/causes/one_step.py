@@ -8,8 +8,10 @@ second derivative of the motion. Signs, factors, forces and halves of steps show
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -121,10 +123,15 @@ def _wrapped(starts: list[Beginning], n: int) -> Told | None:
     jumps = [i for i in range(n) if any(e[i] for e in whole)]
     if not jumps or any(np.abs(a - b).max() > WHOLE for a, b in zip(turns, whole, strict=True)):
         return None
-    names = ", ".join(f"x[{i}]" for i in jumps)
+    return of_turns(jumps)
+
+
+def of_turns(entries: Iterable[int], place: str = "") -> Told:
+    """Return the cause of coordinates that are off by whole turns, first at that place."""
     return "jumps of 2π", (
-        f"{names} differs from the scene's by whole turns and by nothing else: the angle is kept "
-        "within one turn, so it jumps by 2π; give the angle as it goes on."
+        f"{', '.join(f'x[{i}]' for i in entries)} differs from the scene's by whole turns{place} "
+        "and by nothing else: the angle is kept within one turn, so it jumps by 2π; give the angle "
+        "as it goes on."
     )
 
 
@@ -395,17 +402,36 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
             break
         whole, between = place.length / 2**octave, "step sizes"
 
-        def of_step_size(part: float, whole: Fraction = whole) -> Vector:
+        def of_step_size(part: float, z: Vector = z, whole: Fraction = whole) -> Vector:
             h = whole * Fraction(round(part * 2**40), 2**40)
             return guarded(scheme.flow(h).map_of(t0=place.t), size)(z)
 
         jump = float((jump_on(of_step_size, 0.5, 1.0, GRID, image) / scale).max())
-    if jump > 1e-11:
-        return "loose iteration", (
-            f"a step jumps by {jump:.1e} of the state between neighbouring {between}, as an "
-            "iteration with a loose stop does: iterate until nothing changes."
-        )
-    return None
+    if jump <= 1e-11:
+        return None
+    said = f"a step jumps by {jump:.1e} of the state "
+    if between == "step sizes":
+        # what an iteration leaves, and so where its number of steps changes, depends on the state
+        beside = (z, *(z + share * (starts[-1].z + scale - z) for share in (0.1, 0.2)))
+        at = [_rough_part(partial(of_step_size, z=e)) for e in beside]
+        if max(at) - min(at) <= 1 / GRID:
+            return "step sizes", (
+                f"{said}where the step is {float(whole) * at[0]:.3g}, from all states alike: look "
+                "for what is done by the size of the step."
+            )
+    return "loose iteration", (
+        f"{said}between neighbouring {between}, as an iteration with a loose stop does: iterate "
+        "until nothing changes."
+    )
+
+
+def _rough_part(f: Callable[[float], Vector]) -> float:
+    """Return where f is roughest on [1/2, 1], by sixth differences on `GRID` points."""
+    parts = np.linspace(0.5, 1, GRID)
+    rough = np.abs(np.diff([f(part) for part in parts.tolist()], 6, axis=0))
+    usual = np.median(rough, axis=0)
+    k = (rough / np.where(usual, usual, np.inf)).max(axis=1).argmax()
+    return float(parts[k : k + 7].mean())
 
 
 def _of_small_factor(case: Case, starts: list[Beginning]) -> Told | None:

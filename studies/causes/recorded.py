@@ -1,7 +1,10 @@
-"""The cause of recorded rows that follow another motion: a part of the field comes c times."""
+"""The cause of recorded rows that follow another motion: whole turns, or a part of the field comes
+c times.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,7 +17,7 @@ from ..core.case import Case
 from ..core.outcome import named
 from ..evidence.rows import errors_of_no_step
 from .first_terms import factor_of, parts_of
-from .one_step import all_by, said_of
+from .one_step import WHOLE, all_by, of_turns, said_of
 
 #: largest difference of factors that count as one: a part of the field at a row's start stands for
 #: its mean over the row, from which it differs by half its change there; rows that end a tenth of
@@ -25,16 +28,21 @@ FEWEST = 4  # rows
 
 
 def of_rows(case: Case) -> dict[str, Any] | None:
-    """Return {"cause", "sentence", "evidence"} if one factor explains what does not sink with h."""
+    """Return {"cause", "sentence", "evidence"} if rows jump by whole turns, or one factor explains
+    what does not sink with h."""
     scheme: Any = case.scheme
+    if scheme.arrows is not None:
+        return None
+    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
+    if (turned := _turns(scheme.runs[-1], system)) is not None:
+        return turned
     try:
-        columns = None if scheme.arrows is not None else errors_of_no_step(scheme)
+        columns = errors_of_no_step(scheme)
     except ReferenceFailure:
         return None
     if columns is None or len(columns[0]) < FEWEST:
         return None
     times, states, errors = columns
-    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
     n = system.n
     terms = [parts_of(system, z, t) for z, t in zip(states, times, strict=True)]
     parts = {name: np.array([term[name] for term in terms]) for name in terms[0]}
@@ -49,3 +57,21 @@ def of_rows(case: Case) -> dict[str, Any] | None:
             cause, sentence = all_by(1 + c) if name == "every step" else said_of(name, 1 + c)
             return named(cause, sentence, {"factor": 1 + c, "rows": len(times)})
     return None
+
+
+def _turns(run: Any, system: Any) -> dict[str, Any] | None:
+    """Return the cause if coordinates of rows jump by whole turns and nothing else.
+
+    The mean of both velocities is the way of a row but for its third power of the step.
+    """
+    t, x, mu = (np.asarray(each, dtype=float) for each in (run.t, run.x, run.mu))
+    v = np.array([system.velocity(q, p, at) for q, p, at in zip(x, mu, t, strict=True)])
+    if v.shape != x.shape:  # x is an attitude
+        return None
+    turns = (np.diff(x, axis=0) - np.diff(t)[:, None] * (v[1:] + v[:-1]) / 2) / (2 * math.pi)
+    jumps = np.argwhere(np.round(turns))
+    if not len(jumps) or np.abs(turns - np.round(turns)).max() > WHOLE:
+        return None
+    row = int(jumps[0, 0]) + 1
+    told = of_turns(sorted(set(jumps[:, 1].tolist())), f", first at t = {t[row]:.4g},")
+    return named(*told, {"row": row, "rows": len(jumps)})

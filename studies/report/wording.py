@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..core.outcome import without_figures
 from ..core.records import number
 from ..core.result import NONE, AnyResult
 
@@ -140,13 +139,13 @@ def why(case: AnyResult) -> str:
 def whys(cases: Sequence[AnyResult]) -> list[str]:
     """Return `why` for each case; a cause or reason given before is only referred to.
 
-    Causes that differ only in their figures count as one. A case of another study is named with it.
+    Figures are those of one case alone. A case of another study is named with it.
     """
     reasons, told = list[str](), dict[str, AnyResult]()
     for case in cases:
         words = why(case)
         figure, mark, cause = words.partition(" Cause: ")
-        key = without_figures(cause) if mark else words
+        key = cause if mark else words
         if words and key in told:
             first = told[key]
             name = first.name + ("" if first.study == case.study else f", in {first.study}")

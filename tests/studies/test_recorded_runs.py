@@ -124,6 +124,18 @@ def test_runs_of_another_motion_are_told_which(of, factors, words, tmp_path):
     assert words in case["reason"] and ("Cause" in case["reason"]) is bool(words)
 
 
+def test_rows_of_an_angle_within_one_turn_are_told(tmp_path):
+    @black_box(order=2)
+    def within(q, p, h, system):
+        p = p - h / 2 * system.gradient(q, p)
+        q = q + h * system.velocity(q, p)
+        return q % (2 * np.pi), p - h / 2 * system.gradient(q, p)
+
+    save(tmp_path, within, x0=[3.5])
+    case = order(tmp_path)
+    assert case["verdict"] == "fail" and "by whole turns, first at t = " in case["reason"]
+
+
 def test_few_runs_or_few_digits_are_inconclusive(tmp_path):
     save(tmp_path, levels=3)
     case = order(tmp_path)

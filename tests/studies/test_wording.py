@@ -232,17 +232,19 @@ def test_equations_of_a_scheme_are_typeset() -> None:
     )
 
 
-def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
+def test_a_cause_is_told_once_with_its_figures() -> None:
     def case(scene: str, reason: str, study: str = "order") -> AnyResult:
         return result_of(study, {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
 
     said = whys([case("a", "order 1.1. Cause: gauge, of 2e-4."), case("b", "1/0"),
-                 case("c", "order 1.2. Cause: gauge, of 3e-5."), case("d", "1/0"),
+                 case("c", "order 1.2. Cause: gauge, of 2e-4."), case("d", "1/0"),
                  case("e", "order 1.3. Cause: weights, of 3."), case("f", ""),
-                 case("a", "It drifts. Cause: gauge, of 1e-4.", "energy")])  # fmt: skip
+                 case("a", "It drifts. Cause: gauge, of 2e-4.", "energy"),
+                 case("g", "order 1.4. Cause: gauge, of 3e-5.")])  # fmt: skip
     assert said[2:] == ["order 1.2. Cause: as of a, r, 16 digits.", "As b, r, 16 digits.",
                         "order 1.3. Cause: weights, of 3.", "",
-                        "It drifts. Cause: as of a, r, 16 digits, in order."]  # fmt: skip
+                        "It drifts. Cause: as of a, r, 16 digits, in order.",
+                        "order 1.4. Cause: gauge, of 3e-5."]  # fmt: skip
 
 
 @pytest.mark.parametrize(("why", "words"), [

@@ -179,6 +179,8 @@ class Calls:
             said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
             if all((a == b.astype(np.float32)).all() for a, b in ((qs[0], q), (ps[0], p))):
                 said += ", as its rounding to single precision is: compute in double precision"
+            elif not np.round((turns := (qs[0] - q) / (2 * np.pi)) - np.round(turns), 9).any():
+                said += ", whole turns of an angle that is kept within one turn"
             raise BeginsElsewhere(0, said)
         fine = self.kind.kind != "O" and bool(np.isfinite(qs).all() and np.isfinite(ps).all())
         for k in range(1, rows):

@@ -453,7 +453,7 @@ def test_a_node_of_few_digits_is_no_gauge(digits):
         return total
 
     told = cause(Case("order", scenes.get("pendulum"), gauss, 50, None))
-    assert told["cause"] == "discrete Lagrangian" and "wrong from about" in told["sentence"]
+    assert told["cause"] == "discrete Lagrangian" and "too few digits" in told["sentence"]
     assert 10.0 ** -(digits + 1) < told["evidence"]["share"] < 100 * 10.0**-digits
 
 
