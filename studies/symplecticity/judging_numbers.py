@@ -34,7 +34,18 @@ ITERATIONS = 100
 
 
 def judge(case: Case, record: FoundOfNumbers) -> Verdict:
-    """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
+    """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise.
+
+    Of a method that claims to keep volume the largest change of it is told beside any verdict.
+    """
+    verdict = _judged(case, record)
+    changes = [row.volume.measured for row in record.rows if row.volume]
+    if not changes or not _claims_volume(case):
+        return verdict
+    return replace(verdict, measured={"volume": max(changes), **verdict.measured})
+
+
+def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
     measured, rows = record.measured, record.rows
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
@@ -58,13 +69,15 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
     if wrong := _wrong(case, rows):
         return replace(wrong, expected=expected)
     unkept = _volume(case, rows)
+    demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
     if unkept and (reason or certain == 0):
-        return replace(unkept, expected=expected)
+        alone = {"demanded": demanded} if reason else {}
+        return replace(unkept, expected=expected | alone)
     if reason:
         if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
-        demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
-        said = "; ".join(_looked_at(case, record))
+        kept = ["volume is kept in single steps"] * _claims_volume(case)
+        said = "; ".join([*kept, *_looked_at(case, record)])
         said = f"{said[:1].upper()}{said[1:]}." if said else ""
         return Verdict("pass", said, {**expected, "not_demanded": reason, "demanded": demanded})
     rough = f"; {_ROUGH.format(noise)}" if noise else ""

@@ -9,6 +9,7 @@ from discmech.studies import get
 from discmech.studies.core.outcome import Measurement
 from discmech.studies.core.result import result_of
 from discmech.studies.report.tables import columns, got, short
+from discmech.studies.report.wording import scientific
 from discmech.studies.symplecticity import limits as symplecticity
 from discmech.studies.symplecticity.in_numbers import resolved
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
@@ -88,6 +89,21 @@ def test_the_number_that_fails_a_program_is_among_those_that_are_shown(fault, cl
     result = result_of("symplecticity", {"verdict": "fail", "measured": figures})
     assert key in told.measured and short(result) == shown and shown in got(result)
     assert any(text(result) == shown.rpartition(" ")[2] for _, text in columns("symplecticity"))
+
+
+@pytest.mark.parametrize(("change", "verdict"), [(0.02, "fail"), (0.0, "pass")])
+def test_a_claim_of_volume_alone_shows_what_volume_does(change, verdict):
+    row = {"step": 0.1, "time": 2.0, "poisson": 0.5, "certain": 0.4, "resolution": 1e-13,
+           "left": 1.0, "noise": 0.0, "volume": {
+               "certain": change, "measured": change + 3e-15, "resolution": 1e-13}}  # fmt: skip
+    measured = {"poisson": 0.5, "certain": 0.4, "resolution": 1e-13, "residual": 0.0}
+    box = black_box(order=2, keeps=("volume",))(lambda q, p, h: (q, p))
+    given = {"measured": measured, "rows": [row] * 3, "run": {}}
+    told = get("symplecticity").judge(case(rule=box, s=None), Measurement.of_json(given))
+    shown = {"verdict": told.verdict, "measured": measured | dict(told.measured),
+             "expected": dict(told.expected)}  # fmt: skip
+    result = result_of("symplecticity", shown)
+    assert told.verdict == verdict and short(result) == f"volume {scientific(change + 3e-15)}"
 
 
 def test_a_step_back_is_the_inverse():
