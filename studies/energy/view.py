@@ -89,11 +89,16 @@ def _got(case: Case) -> str:
     return f"{said}, whose edges rise by at most {scientific(edges)}: its mean wanders between them"
 
 
+def _drifts(case: Case) -> bool:
+    drift, band = case.measured.drift, case.measured.band
+    if drift is None or band is None or _wanders(case) is not None:
+        return case.why == OF_DRIFT and drift is not None
+    return case.why == OF_DRIFT or not abs(drift) <= RESOLVED * band
+
+
 def _short(case: Case) -> str:
     """Return the oscillation; the drift if it decides, or is more than a tenth of that."""
-    drift, band = case.measured.drift, case.measured.band
-    told = _wanders(case) is None and drift is not None and band is not None
-    if case.why == OF_DRIFT or (told and not abs(drift or 0.0) <= RESOLVED * (band or 0.0)):
+    if _drifts(case):
         return f"drifts by {_drift(case)}"
     return f"{'less its work, ' * _of_balance(case)}oscillates by {_band(case)}"
 
@@ -106,7 +111,7 @@ def _line(case: Case) -> str:
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
-        return [plot_drift.energy(titles.get(scene, scene), own, known, digits)]
+        return [plot_drift.energy(titles.get(scene, scene), own, known, digits, _drifts)]
 
     sheet = plot_drift.ENERGY_SHEET
     return figures_by_precision("energy", "Energy error", ENERGY, cases, sheet, panels)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -127,11 +127,15 @@ def _drifts(case: AnyResult, name: str) -> list[tuple[float, float]]:
     return sorted(worst.values())
 
 
-def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digits: int) -> Panel:
+def energy(
+    title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digits: int,
+    drifts: Callable[[Any], bool] = lambda case: False,
+) -> Panel:  # fmt: skip
     """Return the panel of one scene's energy error: a strip per rule, on one scale.
 
-    So bands can be compared: the widest fills its strip, and a narrower one is magnified by the
-    power of ten in its label.
+    drifts: True for a case of which the drift is told in place of the band. The widest band fills
+    its strip, so that bands can be compared, and a narrower one is magnified by the power of ten in
+    its label.
     """
 
     def draw(axes: Axes) -> None:
@@ -162,7 +166,7 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
             scale = 10.0**larger * 2 * HALF / widest if high > low else 0.0
             zero = -index - scale * (low + high) / 2
             if not curve:  # an empty strip with its zero would look like an energy that is kept
-                labels.append((end, -float(index), _band(case, 0), mark.colour))
+                labels.append((end, -float(index), _label(case, 0, drifts), mark.colour))
                 continue
             axes.axhspan(-index - HALF, -index + HALF, color=GRID, alpha=0.3, lw=0)
             times, below, above = zip(*curve, strict=True)
@@ -177,7 +181,7 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
                 for error in (low, high)
                 if scale * abs(error) * tall > TICK
             ]
-            words = _band(case, larger)
+            words = _label(case, larger, drifts)
             if curve[-1][0] < end / 2:  # a sliver beside longer runs
                 words += f"\nto t = {curve[-1][0]:.6g}"
             labels.append((end, -float(index), words, mark.colour))
@@ -186,15 +190,22 @@ def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digit
         end_labels(axes, labels, indent=6)
 
     spoken = f"{title}: relative energy error against time, {digits} digits. " + "; ".join(
-        f"{case.method} band {scientific(case.measured.band)}" for case in cases
+        " ".join((case.method, *_told(case, drifts))) for case in cases
     )
     return Panel(title, "relative energy error", "time", spoken, draw)
 
 
-def _band(case: AnyResult, larger: int) -> str:
+def _told(case: AnyResult, drifts: Callable[[Any], bool]) -> tuple[str, ...]:
+    """Return ("drift", its size) or ("band", its size), or nothing."""
+    if drifts(case):
+        return "drift", _signed(case.measured.drift)
+    return () if case.measured.band is None else ("band", _two(case.measured.band))
+
+
+def _label(case: AnyResult, larger: int, drifts: Callable[[Any], bool]) -> str:
     """Return the rule, its band, its magnification, and the verdict unless it is a pass."""
-    band = case.measured.band
-    words = case.method + (f"\nband {_two(band)}" if band is not None else "")
+    told = _told(case, drifts)
+    words = case.method + (f"\n{' '.join(told)}" if told else "")
     words += f", drawn ×{10 if larger == 1 else in_tens(10.0**larger)}" if larger else ""
     return words if case.passed else f"{words}\n({case.verdict})"
 

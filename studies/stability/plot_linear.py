@@ -119,7 +119,8 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         curves = [(_pairs(case, key), marks[case.method], case.method) for case in cases]
         everything = [point for curve, _, _ in curves for point in curve]
         if not everything:
-            note(axes, "No run came to its end.")
+            note(axes, "No run came to its end: numbers blew up at every step size, or steps were "
+                 "not solved.")  # fmt: skip
             return
         failed = _failed(cases) if key == "adiabatic" else []
         log_axis(axes, "x", log_limits([*(x for x, _ in everything), *failed], 0.05), 4)

@@ -35,13 +35,18 @@ CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
 
 def sheet(cases: Sequence[Case]) -> Sheet:
     """Return a sheet as tall as there are cases and scenes, with two precisions side by side."""
-    lines = _places(cases)[-1] + 1 if cases else 0
+    lines = depth(cases) + 1
     margins: dict[str, Any] = {"left": LEFT, "right": 0.22, "top": 0.44, "bottom": 0.42}
     return Sheet(width=4.1, height=0.95 + 0.158 * max(lines, 3), columns=2, **margins)
 
 
-def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: int) -> Panel:
-    """Return a panel of both defects, median to worst, for each scene and rule, with the limit."""
+def defects(
+    title: str, cases: Sequence[Case], titles: dict[str, str], digits: int, deepest: float
+) -> Panel:
+    """Return a panel of both defects, median to worst, for each scene and rule, with the limit.
+
+    deepest: the last line of the longest panel beside it, so that all have lines as far apart.
+    """
 
     def draw(axes: Axes) -> None:
         limits = [x for case in cases if (x := case.expected.limit)]
@@ -50,7 +55,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         ends = [_ends(case, kind[0]) for case in cases for kind in KINDS]
         values = [value for pair in ends for value in pair if value > 0]
         log_axis(axes, "x", _limits(values, [unit, *(3 * limit for limit in limits)]))
-        axes.set_ylim(-max(spots) - 0.8, 0.6)
+        axes.set_ylim(-deepest - 0.8, 0.6)
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         floor = axes.get_xlim()[0]
@@ -91,6 +96,11 @@ def _limits(defects: Sequence[float], marks: Sequence[float]) -> Any:
     return log_limits([low, *defects, *(m for m in marks if m <= high * 10**far)], 0.03)
 
 
+def depth(cases: Sequence[Case]) -> float:
+    """Return the last line of a panel of these cases."""
+    return max(_places(cases), default=-1)
+
+
 def _places(cases: Sequence[Case]) -> list[float]:
     """Return the line of each case, with one above it for the name of a new scene."""
     lines: list[float] = []
@@ -109,7 +119,7 @@ def _names(
     axes.hlines([-spot for spot in spots], 0, 1, **lines)
     before = None
     for case, spot in zip(cases, spots, strict=True):
-        colour = INK if case.passed else WORDS[VERMILLION]
+        colour = WORDS[VERMILLION] if case.is_trouble else INK
         name = case.method + ("" if case.passed else f" ({case.verdict})")
         name += " (no form)" if case.expected.demanded else ""
         style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}

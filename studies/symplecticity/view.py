@@ -76,11 +76,13 @@ def _compared(case: Case) -> dict[str, Any]:
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     sound = precisions([case for case in cases if not case.control])
+    longest = max(sound.values(), key=plot.depth, default=[])
     panels = [
-        plot.defects(f"Symplectic form, {digits} digits", same, dict(titles), digits)
+        plot.defects(f"Symplectic form, {digits} digits", same, dict(titles), digits,
+                     plot.depth(longest))
         for digits, same in sound.items()
-    ]
-    sheet = plot.sheet(max(sound.values(), key=len, default=[]))
+    ]  # fmt: skip
+    sheet = plot.sheet(longest)
     sketches = [Sketch("symplecticity", "Defects of every scheme", DEFECTS, panels, sheet)]
     panels = [
         plot.controls(titles.get(scene, scene), own, beside.get(scene, []), known, digits)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -167,11 +168,24 @@ class _Run:
         return np.pi - (np.pi - values) % (2 * np.pi) if self.wraps(name, k) else values
 
     def moves(self, name: str, site: int, k: int) -> bool:
-        """True if an entry is not the same in all rows, but for round-off beside its like."""
+        """True if an entry is not the same in all rows, but for round-off beside its like.
+
+        Where all places rest, momenta are round-off beside those that any motion has.
+        """
         import numpy as np
 
+        if name == "mu" and self.rests:
+            return False
         values = self.column(name, site, k)
         return bool((np.abs(values - values[0]) > ROUNDED * self.size(name)).any())
+
+    @cached_property
+    def rests(self) -> bool:
+        """True of a scene with momenta of its coordinates, none of which moves."""
+        canonical = getattr(getattr(self.subject, "groupoid", None), "canonical", False)
+        n = self.x.shape[-1]
+        linear = getattr(self.subject, "one_form", None) is not None
+        return canonical and not linear and not any(self.moves("x", 0, k) for k in range(n))
 
     def size(self, name: str) -> float:
         """Return the largest absolute value of all entries of that letter."""
@@ -227,8 +241,8 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
         if runs[0].wraps(letter, k):
             axis.set_ticks([-np.pi, 0, np.pi], labels=["−π", "0", "π"])
     for which, entry in (("x", across), ("y", ups[0])):  # what stays has no scale but its like's
-        size = max(run.size(entry[0]) for run in runs)
-        if len(ups) == 1 and size and not any(run.moves(*entry) for run in runs):
+        size = max(0 if entry[0] == "mu" and run.rests else run.size(entry[0]) for run in runs) or 1
+        if len(ups) == 1 and not any(run.moves(*entry) for run in runs):
             middle = runs[0].column(*entry)[0]
             getattr(axes, f"set_{which}lim")(middle - size, middle + size)
     if several:
@@ -405,7 +419,10 @@ def frame_of(groupoid: Any, n: int) -> tuple[Any, Any]:
 
 
 def _time(runs: Sequence[_Run]) -> list[Panel]:
-    """Return a panel for each coordinate that moves, or for all if none does."""
+    """Return a panel for each coordinate that moves, or for all if none does.
+
+    Those of a body's place come first, and its last row of attitude, which the others tell, goes.
+    """
     first = runs[0]
     sites, n = first.x.shape[1:]
     if not n:
@@ -413,6 +430,9 @@ def _time(runs: Sequence[_Run]) -> list[Panel]:
     moving = [k for k in range(n)
               if any(run.moves("x", site, k) for run in runs for site in range(sites))]  # fmt: skip
     words = " of each site" if first.lattice else ""
+    groupoid = getattr(first.subject, "groupoid", None)
+    if len(place := () if groupoid is None else frame_of(groupoid, n)[0]):
+        moving = sorted(moving, key=lambda k: k not in place)[:MOST_PANELS]
 
     def name(k: int) -> str:
         return first.name("x", 0, k, alone=first.lattice and n == 1).partition(" of ")[0] + words

@@ -1,12 +1,26 @@
 """`plot`, labels and styles of figures, and what a notebook shows of a result."""
 
 import importlib
+import re
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from discmech import BadInput, Scheme, check, film, midpoint, plot, scenes, trapezoidal
+from discmech import (
+    BadInput,
+    Scene,
+    Scheme,
+    check,
+    film,
+    lie_group,
+    midpoint,
+    pair,
+    plot,
+    scenes,
+    se,
+    trapezoidal,
+)
 from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
@@ -123,8 +137,29 @@ def test_a_coordinate_that_stays_has_no_panel():
     still = Scheme(rest, midpoint).flow("0.1").trajectory(5)
     marks = [plot(still, kind).axes[0].lines[0].get_marker() for kind in ("phase", "time")]
     assert marks == ["o", ""]  # against time it would be a band, as a fixed end of a lattice
+    hung = Scene("hung", pair(1), lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2 / 2 + 10 * x[0],
+                 parameters={"k": "3.1"}, x0=["3.22580645161290322"], v0=[0])  # fmt: skip
+    still = Scheme(hung, midpoint).flow("0.01").trajectory(200)
+    (rounded,) = plot(still).axes
+    assert abs(still.mu).max() > 0 and rounded.lines[0].get_marker() == "o"
+    assert rounded.get_ylim() == (-1, 1)
     (axes,) = plot(run, "time").axes
     assert not empty(axes) and axes.get_xlabel() == "t" and "x₃" in words(axes.figure)
+
+
+def test_lines_of_all_precisions_are_as_far_apart():
+    asked = check("symplecticity", ["harmonic"], ["midpoint", "trapezoidal"], [16, 50])
+    first, second = plot({**asked, "cases": asked["cases"][:-1]}).axes
+    assert first.get_ylim() == second.get_ylim() and "trapezoidal" in words(first)
+    assert "trapezoidal" not in words(second)
+
+
+def test_the_place_of_a_body_in_space_comes_first():
+    body = Scene("falls", lie_group(se(3)), lambda x, v, p: v.dot(v) / 2 - x[11], duration=1,
+                 v0=[1, 2, 3, 1, 1, 0]).with_attitude()  # fmt: skip
+    run = Scheme(body, midpoint).flow("0.1").trajectory(10)
+    names = re.findall("x[₀-₉]+", words(plot(run, "time")))
+    assert names[:3] == ["x₄", "x₈", "x₁₂"] and len(names) == MOST_PANELS
 
 
 def test_runs_that_coincide_are_both_seen():

@@ -161,9 +161,12 @@ def test_a_run_without_an_end_has_no_line_of_an_energy_that_is_kept() -> None:
 
     rows = [{"time": 0.0, "error": -1.0}, {"time": 1.0, "error": 1.0}]
     whole = result_of("energy", {"rule": "midpoint", "verdict": "pass", "rows": rows})
+    whole = replace(whole, measured=replace(whole.measured, drift=-0.06, band=0.1))
     ended = result_of("energy", {"rule": "own", "verdict": "fail", "rows": []})
     marks, axes = {"midpoint": Mark("k", "o"), "own": Mark("k", "o")}, Figure().subplots()
-    plot_drift.energy("", [whole, ended], marks, 16).draw(axes)
+    panel = plot_drift.energy("", [whole, ended], marks, 16, lambda case: case is whole)
+    panel.draw(axes)
+    assert "midpoint drift −0.06" in panel.spoken
     assert len(axes.lines) == 1 and len(axes.get_yticks()) == 3  # zero and both ends of one
     assert any("own\n(fail)" in text.get_text() for text in axes.texts)
 
