@@ -39,7 +39,8 @@ class Scene(System):
     lagrangian(x, v, p, t) depends on the time too.
     force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, the term f of d/dt
     ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f (Lagrange–d'Alembert).
-    holonomic(x, p) or holonomic(x, p, t): constraints φ(x, t) = 0 on the base, a list;
+    holonomic(x, p) or holonomic(x, p, t): constraints φ(x, t) = 0 on the base, a list (with these,
+    or contact, a Lie group has its attitude A as base, row by row, as by `with_attitude`);
     nonholonomic(x, p) or nonholonomic(x, p, t): the rows A of constraints A(x, t) ξ = 0, a list of
     lists of m (without x on a group without base), or a pair (rows, right sides) for A ξ = a(x, t).
     constraints: further ones, a list of `Constraint`, of kinds of one's own.
@@ -112,6 +113,10 @@ class Scene(System):
 
     def __post_init__(self) -> None:
         self.check_name("scene", "groupoid")
+        if isinstance(self.groupoid, LieGroup) and (self.holonomic or self.contact) is not None:
+            groupoid, identity = _of_attitude(self.groupoid)
+            begun = not isinstance(self.x0, list | tuple) or bool(self.x0)
+            self.put(groupoid=groupoid, x0=self.x0 if begun else identity)
         if isinstance(self.lagrangian, LegendreTransform | AffineLagrangian):
             self.put(lagrangian=None)  # it follows from the Hamiltonian, as below
         if (self.numeric_hamiltonian is None) != (self.gradient is None):
@@ -319,9 +324,8 @@ class Scene(System):
             raise BadInput(
                 f"{self.name}: only a scene on a Lie group has an attitude to reconstruct."
             )
-        size = group.algebra.real.size
-        identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
-        return replace(self, groupoid=Attitude(group.algebra, group.tau, rows=size), x0=identity)
+        groupoid, identity = _of_attitude(group)
+        return replace(self, groupoid=groupoid, x0=identity)
 
     def __reduce__(self) -> Again:
         """Return the pickled form; a scene's functions are pickled by their place in a module."""
@@ -335,3 +339,10 @@ class Scene(System):
         if size <= 0:
             raise BadInput(f"step is {shown(step)}: give a positive number.")
         return max(1, math.floor(self.duration / size + Fraction(1, 2)))
+
+
+def _of_attitude(group: LieGroup) -> tuple[Attitude, list[Fraction]]:
+    """Return a group with its attitude as base, and e, row by row."""
+    size = group.algebra.real.size
+    identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
+    return Attitude(group.algebra, group.tau, rows=size), identity

@@ -83,12 +83,10 @@ EXCLUSIONS = (
      "it could act at."),
     ("constraints of the base", ("no base",),
      "{system}: {groupoid} has no base for φ(x) = 0; constraints of the velocity are "
-     "nonholonomic=, and those of a group's attitude are given to the scene that has it: "
-     "scene.with_attitude().with_values(holonomic=...)."),
+     "nonholonomic=."),
     ("contact", ("no base",),
      "{system}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the base, of which "
-     "{groupoid} must have one; gaps of a group's attitude are given to the scene that has it: "
-     "scene.with_attitude().with_values(contact=...)."),
+     "{groupoid} must have one."),
     ("numbers of contact", ("no contact",), "{system}: {own}={value} needs contact=, the gaps."),
     *((what, features,
        "{system} has {feature} and {what}, which no step takes together; leave one out.")

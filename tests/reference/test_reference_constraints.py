@@ -77,8 +77,9 @@ def test_forces_that_cancel_leave_a_multiplier_of_round_off_and_fail_no_rule():
     """A body slides along the diagonal of its plane: nothing pushes it off, and λ is 0."""
     scene = Scene(
         "slides", lie_group(se(2)), lambda x, v, p: v.dot(v) / 2, v0=["1/2", 1, 1], duration=2,
-        step="1/20",
-    ).with_attitude().with_values(holonomic=lambda x, p: [x[2] - x[5]])  # fmt: skip
+        step="1/20", holonomic=lambda x, p: [x[2] - x[5]],
+    )  # fmt: skip
+    assert scene.with_attitude() is scene
     at = solution(scene, "1/20", 30)
     (found,), (size,) = multipliers(scene, at), multiplier_sizes(scene, at)
     assert 0 < abs(found) < 1e-28 and 1 / 2 < size < 2
