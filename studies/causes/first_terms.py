@@ -102,6 +102,9 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     misread = {name: [one(z) for one in pair] for name, pair in readings.items()}
     if len(z) == 2 * n:
         others["momentum for velocity"] = np.concatenate([z[n:], field[n:]])
+        turned = {"degrees for radians": np.pi / 180, "radians for degrees": 180 / np.pi}
+        others |= {name: np.concatenate([field[:n], f(np.concatenate([c * z[:n], z[n:]]))[n:]])
+                   for name, c in turned.items()}  # fmt: skip
     if form.has_attitude:  # Ȧ = AΩ from the right
         A, rate = (e[:9].reshape(3, 3) for e in (z, field))
         others["velocity from the left"] = np.concatenate([(A.T @ rate @ A).ravel(), field[9:]])

@@ -8,7 +8,7 @@ second derivative of the motion. Signs, factors, forces and halves of steps show
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -195,10 +195,8 @@ def _of_limit(case: Case, starts: list[Beginning], n: int) -> Told | None:
         return None
     if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in starts):  # D(h) does not sink with h
         return of_no_step(starts, n)
-    for word, sentence in _NAMED.items():
-        known = all(word in b.others for b in starts)
-        if known and _explains(starts, lambda b, w=word: b.others[w]):
-            return word, sentence
+    if (told := _named(starts, _NAMED)) is not None:
+        return told
     whole = factor(starts, lambda b: b.first_error, lambda b: b.f)
     if whole is not None:
         return all_by(1 + whole)
@@ -226,7 +224,16 @@ def _of_limit(case: Case, starts: list[Beginning], n: int) -> Told | None:
     drag = factor(starts, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
         return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
-    return _not_squared(starts, n) or _of_entries(starts, n)
+    return _not_squared(starts, n) or _named(starts, _ANGLES) or _of_entries(starts, n)
+
+
+def _named(starts: list[Beginning], known: Mapping[str, str]) -> Told | None:
+    """Return that of the known causes, with its sentence, whose field is the limit."""
+    for word, sentence in known.items():
+        asked = all(word in b.others for b in starts)
+        if asked and _explains(starts, lambda b, w=word: b.others[w]):
+            return word, sentence
+    return None
 
 
 def _squared(starts: list[Beginning], n: int) -> Told | None:
@@ -292,6 +299,13 @@ _NAMED = {
     "quaternion with w last": "the quaternion is taken as (x, y, z, w), where it is (w, x, y, z).",
     "time frozen": "the field is that of t = 0 at every time: the time is frozen; take system.t.",
     "time doubled": "the field is that of 2t: the time is counted twice.",
+}
+#: asked last: on a power law, such a force is a factor, or nearly none
+_ANGLES = {
+    "degrees for radians": "forces are those at π/180 times the coordinates: angles in radians are "
+    "taken for degrees.",
+    "radians for degrees": "forces are those at 180/π times the coordinates: angles are given in "
+    "degrees where they are in radians.",
 }
 
 

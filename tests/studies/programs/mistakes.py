@@ -94,6 +94,13 @@ def momentum_for_velocity(q, p, h, s):
     return q, p - h / 2 * s.gradient(q, p)
 
 
+@mistake("degrees for radians")
+def of_degrees(q, p, h, s):
+    p = p - h / 2 * s.gradient(np.deg2rad(q), p)
+    q = q + h * s.velocity(q, p)
+    return q, p - h / 2 * s.gradient(np.deg2rad(q), p)
+
+
 @mistake("velocities for momenta")
 def velocities_for_momenta(q, v, h, s):
     q, p = kick_drift_kick(q, s.momentum(q, v), h, s)
