@@ -71,8 +71,9 @@ def beside_baseline(
             lines.append(f"not saved as the baseline {name}: something of the files was left out.")
         elif name is not None:
             path = baseline.save(name, result)
-            new = " (there was none)" if missing and name == options.baseline else ""
-            lines.append(f"saved as the baseline {name}{new}: {path}")
+            new = missing and name == options.baseline
+            line = f"saved as the baseline {name}{' (there was none)' * new}: {path}"
+            lines.append(line + " (DISCMECH_CACHE names another folder)" * new)
     return result, lines
 
 

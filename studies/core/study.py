@@ -10,6 +10,7 @@ import math
 import re
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -85,9 +86,14 @@ class Study:
         return "no chosen rule can be used there."
 
     def lacks(self, choice: Choice) -> str:
-        """Return why it applies to nothing chosen: what each rule says, or else `needs`."""
-        said = [rule.unmeasured(self.name) for rule in choice.rules]
-        return " ".join(dict.fromkeys(said)) if said and all(said) else self.needs
+        """Return why it applies to nothing chosen: what rules say, each once, or else `needs`."""
+        said = {rule: rule.unmeasured(self.name) for rule in choice.rules}
+        if not said or not all(said.values()):
+            return self.needs
+        alike = Counter(reason.replace(rule.name, "") for rule, reason in said.items())
+        first = {reason.replace(r.name, ""): reason for r, reason in reversed(said.items())}
+        return " ".join(f"{first[of]} So of {n - 1} other rules." if n > 1 else first[of]
+                        for of, n in alike.items())  # fmt: skip
 
     def with_limits(self, words: str) -> str:
         """Return its `judged` or `about` with the values of the limits that the text names."""

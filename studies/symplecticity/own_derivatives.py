@@ -146,7 +146,8 @@ def _asked(flow: Flow, word: str, z: Vector, time: Fraction | int, *steps: int) 
         return getattr(rule, word)(z[:n], z[n:], flow.h, *steps, flow.system)
     except RAISED as error:
         raise BadInput(
-            f"the black box {rule.name}: its {word} raises {type(error).__name__}: {error}."
+            f"the black box {rule.name}: its {word} raises {type(error).__name__}: {error}; it is "
+            f"a function of (q, p, h, {'steps, ' * len(steps)}system), also of a map."
         ) from error
 
 

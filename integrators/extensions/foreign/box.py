@@ -191,12 +191,12 @@ def black_box(
     state="qv": the box takes and returns velocities in place of momenta; "Rp", "Rv", "quaternion p"
     and "quaternion v": on a scene of `lie_group(so(3))` it moves the body's attitude too, R (3, 3)
     from the body to space, or the unit quaternion (w, x, y, z), beside p or v in the body; then
-    `system` takes R or the quaternion for q. runs=True: the function is
-    (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m); the first row is the start,
-    then there is one row every `every` steps. numbers="any": the box also works on mpmath numbers
-    in object arrays, and is judged at 50 digits as well; "float32": it computes in single
-    precision. jacobian(q, p, h, system): the derivative of the step, (n+m, n+m), in place of
-    differences, of a program on (q, p) alone. gradient(q, p, h, steps, system): the derivative of
+    `system` takes R or the quaternion for q. runs=True: the function is (q, p, h, steps, every,
+    system) → arrays (rows, n) and (rows, m); the first row is the start, then there is one row
+    every `every` steps. numbers="any": the box also works on mpmath numbers in object arrays, and
+    is judged at 50 digits as well; "float32": it computes in single precision. jacobian(q, p, h,
+    system): the derivative of the step, (n+m, n+m), in place of differences, of a program on (q, p)
+    alone, or of a map, whose h is its `step`. gradient(q, p, h, steps, system): the derivative of
     the end of a run, (n+m, n+m) by its start, or a dict of derivatives by "start" and by the names
     of parameters (n+m, …); with scalar(q, p), a number, that of this number of the end.
     vectorised=True: the box also takes arrays q (n, k) and p (m, k), k states at once as columns,

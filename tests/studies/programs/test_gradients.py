@@ -124,7 +124,8 @@ def test_what_differences_cannot_see_is_inconclusive():
 @pytest.mark.parametrize(
     ("gradient", "why"),
     [(lambda *a: np.eye(3), r"shape \(3, 3\).*run has \(2, 2\)"),
-     (lambda *a: {"weight": np.eye(2)}, "weight"), (lambda *a: 1 / 0, "ZeroDivisionError")],
+     (lambda *a: {"weight": np.eye(2)}, "weight"), (lambda *a: 1 / 0, "ZeroDivisionError"),
+     (lambda q, p: np.eye(2), r"a function of \(q, p, h, steps, system\)")],
 )  # fmt: skip
 def test_answers_of_another_kind_are_refused(gradient, why):
     with pytest.raises(BadInput, match=why):
