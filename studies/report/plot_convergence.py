@@ -53,6 +53,12 @@ class Line:
         return sorted(points)
 
     @property
+    def fitted(self) -> Curve:
+        """The part of the curve that the fit uses; all of it if that is no part."""
+        used = sorted((abs(p.step), p.error) for p in self.points if p.used and p.step and p.error)
+        return used if len(used) > 1 else self.curve
+
+    @property
     def label(self) -> str:
         """The words at the end of the line."""
         words = self.case.method + (
@@ -86,7 +92,7 @@ def panel(
             end = max(curve, default=(axes.get_xlim()[1], axes.get_ylim()[0]))
             labels.append((*end, line.label, mark.colour))
             if line.expected:
-                fellows.setdefault(line.expected, []).append(curve)
+                fellows.setdefault(line.expected, []).append(line.fitted)
         slope_marks(axes, fellows, curves)
         end_labels(axes, labels)
 

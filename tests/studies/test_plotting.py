@@ -24,6 +24,10 @@ from discmech import (
 from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
+from discmech.studies.core.result import result_of
+from discmech.studies.report.palette import Mark
+from discmech.studies.report.plot_convergence import Line, Point
+from discmech.studies.report.plot_convergence import panel as convergence
 from discmech.studies.symplecticity.plot import _limits
 from discmech.studies.user.drawing import MOST_PANELS, is_base_another
 from discmech.studies.user.filming import _columns
@@ -152,6 +156,16 @@ def test_lines_of_all_precisions_are_as_far_apart():
     first, second = plot({**asked, "cases": asked["cases"][:-1]}).axes
     assert first.get_ylim() == second.get_ylim() and "trapezoidal" in words(first)
     assert "trapezoidal" not in words(second)
+
+
+def test_the_slope_is_drawn_beside_the_fit():
+    fit = [Point(h, h**2, used=True) for h in (1, 0.5, 0.25, 0.125)]
+    floor = [Point(10.0**-k, 10.0 ** (k - 4), why_not="round-off") for k in (2, 3, 4, 5)]
+    case = result_of("order", {"rule": "midpoint", "verdict": "pass"})
+    axes = Figure().subplots()
+    convergence("", [Line(case, [*floor, *fit], 2.0, 2.0)], {"midpoint": Mark("k", "o")}).draw(axes)
+    (triangle,) = (line for line in axes.lines if line.get_transform() == axes.transAxes)
+    assert min(triangle.get_xdata()) > 0.6
 
 
 def test_the_place_of_a_body_in_space_comes_first():
