@@ -83,8 +83,10 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
     rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
     error = amplified @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
     gap = np.abs(back(image) - look.z)
+    certain = np.maximum(gap - error, 0) / scale
+    worst, n = int(np.argmax(certain)), system.n
     return replace(
-        row, defect=float((gap / scale).max()),
-        certain=float((np.maximum(gap - error, 0) / scale).max()),
+        row, defect=float((gap / scale).max()), certain=float(certain[worst]),
         resolution=float((error / scale).max()), left=left_by(case, look),
+        entry=f"x[{worst}]" if worst < n else f"mu[{worst - n}]",
     )  # fmt: skip

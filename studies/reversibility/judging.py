@@ -29,8 +29,14 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if defect is not None and defect <= wanted:
         return demand_consistency(measurement, Verdict("pass", "", expected), WAY_BACK.name)
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
-    said += f"where round-off would leave {wanted:.0e}: {_NO_WAY_BACK}"
+    said += f"where round-off would leave {wanted:.0e}{_place(record)}: {_NO_WAY_BACK}"
     return Verdict("fail", said, expected)
+
+
+def _place(record: Found) -> str:
+    """Return at which step of the run a step back misses most; "" without rows."""
+    worst = max(record.rows, key=lambda row: row.defect or 0.0, default=None)
+    return "" if worst is None else f", most from t = {worst.time:.3g}"
 
 
 def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
@@ -44,8 +50,8 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
     if measured.certain:
         row = max(record.rows, key=lambda row: row.certain or 0.0)
         back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
-        said = f"{back} the start by {measured.certain:.2g} of the motion beyond all "
-        said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: "
+        said = f"{back} the start by {measured.certain:.2g} of the motion beyond all round-off, "
+        said += f"most in {row.entry}, at step {row.step:.3g}, t = {row.time:.3g}: "
         said += _NO_WAY_BACK if case.rule.only_step is None else _NO_TURN
         return Verdict("fail", said, expected)
     left, resolution = record.left or 0.0, measured.resolution or 0.0

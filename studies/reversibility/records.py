@@ -23,8 +23,8 @@ class Row:
 class OfReturn:
     """The distance after a step of a program forth and back, or the reason why there is none.
 
-    certain: the part that no round-off explains. left: what a method of the order may leave. count:
-    the number of steps forth, and then back.
+    certain: the part that no round-off explains, and entry the component that it is largest in.
+    left: what a method of the order may leave. count: the number of steps forth, and then back.
     """
 
     step: float = 0.0
@@ -36,6 +36,7 @@ class OfReturn:
     resolution: float | None = field(default=None, metadata=OPTIONAL)
     left: float | None = field(default=None, metadata=OPTIONAL)
     count: int = 1
+    entry: str = ""
 
 
 @dataclass(frozen=True, slots=True)
