@@ -135,3 +135,17 @@ def test_what_passes_is_left_as_it_is(monkeypatch, capsys):
     judged(monkeypatch, lambda case: False)
     assert main(["momentum", "kepler", "--rule", "midpoint", "--digits", "16", "--json", "-"]) == 0
     assert "smallest" not in json.loads(capsys.readouterr().out)["cases"][0]
+
+
+def test_a_program_whose_run_ends_has_no_smaller_case(tmp_path, capsys):
+    """Its reason names the step; a shorter run on a simpler scene says no more."""
+    file = tmp_path / "ends.py"
+    file.write_text(
+        "from discmech import black_box\n\n@black_box(order=2, keeps='energy band')\n"
+        "def ends(q, p, h, system):\n    q = q + h / 2 * p * (1 if q[0] > -1.5 else float('nan'))\n"
+        "    p = p - h * system.gradient(q, p)\n    return q + h / 2 * p, p\n"
+    )
+    words = ["energy", "pendulum", "--rule", str(file), "--digits", "16", "--steps", "64"]
+    assert main([*words, "--json", "-"]) == 1
+    (case,) = json.loads(capsys.readouterr().out)["cases"]
+    assert "not finite" in case["reason"] and "smallest" not in case
