@@ -160,8 +160,9 @@ def test_a_run_without_an_end_has_no_line_of_an_energy_that_is_kept() -> None:
     from matplotlib.figure import Figure
 
     rows = [{"time": 0.0, "error": -1.0}, {"time": 1.0, "error": 1.0}]
-    whole = result_of("energy", {"rule": "midpoint", "verdict": "pass", "rows": rows})
-    whole = replace(whole, measured=replace(whole.measured, drift=-0.06, band=0.1))
+    figures = {"drift": -0.06, "band": 0.1}
+    whole = result_of("energy", {"rule": "midpoint", "verdict": "pass", "rows": rows,
+                                 "measured": figures})  # fmt: skip
     ended = result_of("energy", {"rule": "own", "verdict": "fail", "rows": []})
     marks, axes = {"midpoint": Mark("k", "o"), "own": Mark("k", "o")}, Figure().subplots()
     panel = plot_drift.energy("", [whole, ended], marks, 16, lambda case: case is whole)
