@@ -34,3 +34,4 @@ def yoshida(digits, kick=0):
 
 
 nine_digits, all_digits, kicked = yoshida(9), yoshida(17), yoshida(17, 1e-9)
+seven_digits = yoshida(7)

@@ -2,7 +2,7 @@
 
 import sympy
 
-from discmech import Conserved, Scene, one_step, pair
+from discmech import Conserved, Scene, discretisation, one_step, pair
 
 
 def swing(name, potential, **others):
@@ -86,3 +86,17 @@ def dragged(name, potential, x0, v0, duration):
 
 in_a_plane = dragged("in-a-plane", lambda x, t: x[0] * x[2] ** 2, [1, "1/5", 0], ["1/5", 1, 0], 5)
 gust = dragged("gust", lambda x, t: x[0] * sympy.exp(-((t - 30) ** 2)), [1, 0], ["1/5", 1], 40)
+
+
+def pulled(name, sign):
+    """The midpoint rule, with a force along x₀ at steps above, or below, 1/40."""
+
+    @discretisation(order=2, name=name)
+    def rule(L, G, x, u, h):
+        side = 1 + sign * sympy.Abs(h - sympy.Rational(1, 40)) / (h - sympy.Rational(1, 40))
+        return h * L(G.target(x, u, h / 2), u) + h**3 * x[0] / 100 * side
+
+    return rule
+
+
+pulled_long = pulled("pulled-long", 1)

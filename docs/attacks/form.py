@@ -24,6 +24,17 @@ def symplectic_euler(s, z, Z, h):
     return s.join(X - x - h * a, M - m - h * b)
 
 
+@one_step(order=2, symplectic=True, groupoids="pair")
+def narrow(s, z, h):
+    """Kick, drift, kick, which damps in a thousandth of the motion, by a power above its order."""
+    x, m = s.split(z)
+    m = m + h / 2 * s.split(s.f(z))[1]
+    x = x + h * s.split(s.f(s.join(x, m)))[0]
+    m = m + h / 2 * s.split(s.f(s.join(x, m)))[1]
+    lost = h**3 / 10 * sympy.exp(-((4000 * (x[0] - sympy.Rational(7, 5))) ** 2))
+    return s.join(x, m * (1 - lost))
+
+
 @one_step()
 def nothing(s, z, h):
     """The identity, which is its own adjoint."""

@@ -316,3 +316,27 @@ def forth(q, p, h, s):
     """It keeps momenta forth in time alone."""
     q, p = kicked(q, p, h, s)
     return q, p * (1 if h > 0 else 1 + h**3)
+
+
+@black_box(order=2, symplectic=True)
+def short_band(q, p, h, s):
+    """It loses the form at steps about a seventh of the scene's."""
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 - 1e-6 * (0.011 < h < 0.019))
+
+
+@black_box(step=1, symplectic=True, states=([-0.3, -0.3], [0.3, 0.3]))
+def jumps(q, p):
+    """A quadratic kick and a turn, after which p jumps where q + p/2 > 0.093."""
+    side, p = q + p / 2 > 0.093, p - q**2
+    return np.cos(1.3) * q + np.sin(1.3) * p, np.cos(1.3) * p - np.sin(1.3) * q + 1e-7 * side
+
+
+#: along the surface's image, as by a potential with a kink
+kinked = black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]), name="kinked")(
+    lambda q, p: (q + p + 0.1 * np.sign(q), p + 0.1 * np.sign(q))
+)
+#: its orbits go to infinity
+leaves = black_box(step=1, symplectic=True, states=([-2, -2], [2, 2]), name="leaves")(
+    lambda q, p: (1 - 1.4 * q**2 + p, -q)
+)

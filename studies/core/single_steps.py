@@ -16,7 +16,8 @@ class Departure:
 
     size: that of the departure, None if it is unknown, for the reason `unknown`. limit: the most
     that a sound step leaves. name: of the quantity, or of the kind of form. step, place: those of
-    the departure; on_motion: True for a place on the scene's own motion.
+    the departure; on_motion: True for a place on the scene's own motion. asked: the number of
+    states all along the motion from which the law was looked at by steps of all sizes.
     """
 
     size: float | None = None
@@ -26,6 +27,7 @@ class Departure:
     place: str = ""
     unknown: str = ""
     on_motion: bool = False
+    asked: int = 0
 
     @property
     def broken(self) -> bool:
@@ -72,7 +74,8 @@ class SingleSteps:
     over h^p. linear: True if the continuous equations are linear. floor, share: the floor of a
     program's own numbers in words, and as a share of the state. laws: the largest departure from
     each law that was measured, by its name. unscanned: why no run of short steps looked for faults
-    in narrow parts of the motion, "" if one did.
+    in narrow parts of the motion, "" if one did. around: the number of states beside the motion
+    from which short steps were made; sizes: the least and the largest of these over the scene's.
     """
 
     order: float | None = None
@@ -94,3 +97,4 @@ class SingleSteps:
     laws: Mapping[str, Departure] = field(default_factory=dict)
     unscanned: str = ""
     around: int = 0
+    sizes: Sequence[float] = ()

@@ -63,7 +63,7 @@ class Evidence:
     def _places_of(self, scheme: Scheme) -> list[Place]:
         drawn = places_of(scheme, self.seed)
         drawn += places_at(scheme, times_that_stand_out(scheme)[0])
-        return drawn + states_that_stand_out(scheme, self.seed)[0]
+        return drawn + states_that_stand_out(scheme)[0]
 
     @cached_property
     def _places_of_whole(self) -> list[Place]:
@@ -75,9 +75,12 @@ class Evidence:
         return times_that_stand_out(self.scheme)[1]
 
     @property
-    def around(self) -> int:
-        """Return from how many states around the motion a short step was made."""
-        return states_that_stand_out(self.whole, self.seed)[1]
+    def around(self) -> tuple[int, tuple[float, ...]]:
+        """Return from how many states around the motion short steps were made, and of which sizes.
+
+        These are the least and the largest over the scene's step.
+        """
+        return states_that_stand_out(self.whole)[1:]
 
     @cached_property
     def whole(self) -> Scheme:

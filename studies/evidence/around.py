@@ -1,32 +1,25 @@
 """Short steps of a program from many states around the motion, which show where it is to be judged.
 
 A program may do something else in a part of the states that the scene's motion does not visit, and
-that a few places do not meet. So steps of three sizes are made from many drawn states, and their
-errors, against the exact motion from there, have to sink as the order has it. They judge nothing:
-where they do not, the single steps are judged as from all other places.
+that a few places do not meet. So steps of three sizes are made from the states of a `cloud`, and
+their errors, against the exact motion from there, have to sink as the order has it. They judge
+nothing: where they do not, the single steps are judged as from all other places.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.errors import DiscmechError, Displaced
-from discmech.integrators.extensions.foreign import guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 from discmech.reference import ReferenceFailure, many_motions
 
-from .many_steps import one_step
-from .places import Place, cloud_of, places_from
+from .cloud import LOOKED_AT, Cloud, around, ends_of
+from .places import Place, places_from, sizes_of_motion
 
-#: drawn states: a part that is a 150th of those around the motion is met but once in a thousand
-COUNT = 2**10
-#: fewer where a step takes long: a formula's, that of a program of whole runs, and a part of the
-#: steps of a long run
-OF_FORMULA, OF_RUNS, OF_LONG_RUN = 4, 16, 64
 #: round-offs that a step of the expected order leaves, in units of the motion's own rate: of a
 #: lower order by a millionth of the motion it leaves more
 SMALL = 2**20
@@ -34,12 +27,12 @@ RATIO = 8  # of two steps: half a power of it is a factor of 2.8
 #: the second and the third step show an event, which a longer one alone meets, to be none of these
 PARTS = 1, RATIO, RATIO**2
 CLEAR, ROUNDED = 100, 8  # an error of so many roundings is none, each of so many round-offs
-LOOKED_AT = 3  # states from which single steps are judged
 
 
 @lru_cache(maxsize=64)
-def states_that_stand_out(scheme: Any, seed: int) -> tuple[list[Place], int]:
-    """Return (the states from which short steps miss the order most, how many were asked).
+def states_that_stand_out(scheme: Any) -> tuple[list[Place], int, tuple[float, ...]]:
+    """Return (the states from which short steps miss the order most, how many were asked, the least
+    and the largest step over the scene's).
 
     A derived rule has one formula everywhere, which few places judge. Not where states are bound by
     constraints or contact, and not on scenes in numbers, whose tables have knots.
@@ -47,25 +40,25 @@ def states_that_stand_out(scheme: Any, seed: int) -> tuple[list[Place], int]:
     rule, scene = scheme.rule, scheme.scene
     free = not (scene.all_constraints or scene.contact or scene.friction or scene.in_numbers)
     if not free or rule.only_step is not None or (rule.is_formula and rule.asks_lagrangian):
-        return [], 0
-    count = COUNT // (OF_FORMULA if rule.is_formula else 1)
-    count //= OF_RUNS if getattr(rule, "runs", False) else 1
-    count = min(count, getattr(rule, "long_run", 10**6) // OF_LONG_RUN)
+        return [], 0, ()
     try:
-        cloud = cloud_of(scheme, seed, count)
-        missed, known = _missed(scheme, cloud)
+        cloud = around(scheme)
+        missed, known, sizes = _missed(cloud)
     except Displaced:
         raise
     except (DiscmechError, ReferenceFailure):
-        return [], 0
+        return [], 0, ()
     worst = [int(k) for k in np.argsort(-missed)[:LOOKED_AT] if missed[k] > 0]
-    return places_from(scheme, cloud, worst), known
+    return places_from(scheme, cloud, worst), known, sizes
 
 
-def _missed(scheme: Any, cloud: Any) -> tuple[Vector, int]:
-    """Return (the errors of steps that miss the order, (r,), else 0; how many steps are known)."""
-    rule, motions, (t, x, v, by) = scheme.rule, many_motions(scheme.scene), vars(cloud).values()
-    order, unit = scheme.order or 1, rule.unit(16)
+def _missed(cloud: Cloud) -> tuple[Vector, int, tuple[float, ...]]:
+    """Return (the errors of steps that miss the order, (r,), else 0; how many steps are known, the
+    least and the largest of all over the scene's).
+    """
+    scheme, starts, t, v = cloud.scheme, cloud.z, cloud.t, cloud.v
+    rule, motions, by = scheme.rule, many_motions(scheme.scene), sizes_of_motion(scheme.scene)
+    order, unit, x = scheme.order or 1, rule.unit(16), starts[:, : scheme.s.n]
     # a method with memory starts in its own way, in a first step of one order less
     remembers = getattr(rule, "remembers", False) or getattr(rule, "runs", False)
     rates = motions.rates(x, v, t, np.where(by > 0, by, 1))
@@ -73,27 +66,17 @@ def _missed(scheme: Any, cloud: Any) -> tuple[Vector, int]:
         steps = np.minimum((SMALL * unit) ** (1 / (order + 1)) / rates, float(scheme.scene.step))
         steps = 2.0 ** np.floor(np.log2(steps))
     steps = np.where(np.isfinite(steps) & (steps > 0), steps, float(scheme.scene.step))
-    starts = np.hstack([x, motions.after(x, v, t, 0 * steps, by).mu])
     scale = np.abs(starts).max(axis=0)
     errors = list[Matrix]()
     for part in PARTS:
         ends = motions.after(x, v, t, steps / part, by)
-        made = _made(scheme, starts, t, steps / part)
+        made = ends_of(scheme, starts, t, steps / part)
         errors.append(np.abs(made - np.hstack([ends.x, ends.mu])))
     rounding = ROUNDED * unit * np.maximum(scale, np.abs(starts)) + ends.error
     least = float(RATIO) ** (order + (0 if remembers else 1) - 0.5)
     low = (errors[0] < least * errors[1]) & (errors[1] < least * errors[2])
     missed = np.where(low & (errors[2] > CLEAR * rounding), errors[2], 0)
     known = np.isfinite(errors[2]).all(axis=1)
-    return np.nan_to_num((missed / np.where(scale > 0, scale, 1)).max(axis=1)), int(known.sum())
-
-
-def _made(scheme: Any, starts: Matrix, times: Vector, steps: Vector) -> Matrix:
-    """Return the ends of steps from the states (r, n+m), not numbers where one fails."""
-    ends, timed = np.full(starts.shape, np.nan), scheme.scene.timed
-    for step in np.unique(steps):
-        rows = np.flatnonzero(steps == step)
-        for part in rows[:, None] if timed else [rows]:
-            f = one_step(scheme, Fraction(step), Fraction(times[part[0]]) if timed else 0)
-            ends[part] = images(guarded(f, starts.shape[1]), starts[part])
-    return ends
+    missed = np.nan_to_num((missed / np.where(scale > 0, scale, 1)).max(axis=1))
+    shares = steps / float(scheme.scene.step)
+    return missed, int(known.sum()), (float(shares.min()) / PARTS[-1], float(shares.max()))

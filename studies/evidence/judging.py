@@ -11,8 +11,8 @@ from ..core.outcome import KEPT_ELSEWHERE, NOT_CONSISTENT, STEPS_ARE_OFF
 from ..core.records import decoded
 from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
+from .cloud import STEPS_ASKED, WIDE
 from .laws import AGAIN, ARROW, FORM, WAY_BACK
-from .places import WIDE
 
 #: the key of the record in a measurement
 LOCAL = "local"
@@ -80,8 +80,11 @@ def judge(
         told.append("faults in narrow parts of the motion were not looked for, since no run was "
                     f"made {local.unscanned}")  # fmt: skip
     if local.around:
-        told.append(f"Beside the motion short steps were looked at from {local.around} drawn "
-                    f"states, up to {WIDE:g} of its size away.")  # fmt: skip
+        of = " to ".join(f"{size:.1g}" for size in local.sizes)
+        told.append(f"Beside the motion short steps, of {of} of the scene's, were looked at from "
+                    f"{local.around} drawn states, up to {WIDE:g} of its size away.")  # fmt: skip
+    if asked := max((one.asked for law in laws if (one := local.laws.get(law))), default=0):
+        told.append(f"Along it {STEPS_ASKED} were looked at from {asked} states.")
     return verdict.because(" ".join(filter(None, told)))
 
 

@@ -31,7 +31,8 @@ from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
 from ..systems.runs import energy_with_terms
-from .many_steps import ManySteps, many_steps, unlike_steps
+from .cloud import Cloud
+from .many_steps import many_steps, unlike_steps
 from .places import Place, random_fraction
 from .repeated import repeated
 
@@ -69,21 +70,26 @@ class Law(ABC):
         """Return the signs of the steps that are asked: a program may do something else back."""
         return (1,)
 
-    def conspicuous(self, scheme: Scheme) -> list[Place]:
-        """Return starts of steps, in `many_steps`, that depart from the law beyond round-off.
+    def fewer(self, scheme: Scheme) -> int:
+        """Return by how much fewer of `many_steps` are asked."""
+        return 1
 
-        And of those that are unlike the steps beside them.
+    def conspicuous(self, scheme: Scheme) -> tuple[list[Place], int]:
+        """Return (starts of steps that depart from the law beyond round-off, how many were asked).
+
+        They are `many_steps`, and those that are unlike the steps beside them.
         """
         if scheme.rule.is_formula and (scheme.scene.all_constraints or scheme.s.degenerate):
-            return []  # 50 digits see that a state in doubles is off a constraint, or μ off ϑ(x)
+            return [], 0  # 50 digits see that a state in doubles is off a constraint, or μ off ϑ(x)
         if self.refusal(scheme):
-            return []
-        unlike, many = unlike_steps(scheme), many_steps(scheme)
+            return [], 0
+        unlike, many = unlike_steps(scheme), many_steps(scheme, self.fewer(scheme))
         if many is None or (gaps := self.gaps(many)) is None:
-            return unlike
-        return unlike + many.places(gaps, ROUNDINGS * scheme.rule.unit(16))
+            return unlike, 0
+        seen = many.places(gaps, ROUNDINGS * scheme.rule.unit(16))
+        return unlike + seen, int(np.isfinite(gaps).sum())
 
-    def gaps(self, many: ManySteps) -> Vector | None:
+    def gaps(self, many: Cloud) -> Vector | None:
         """Return the departures of many steps in doubles, (r,); None for a law of few places."""
         return None
 
@@ -130,9 +136,9 @@ class WayBack(Law):
         size = float(return_defect(forth, back, x, place.mu, place.u))
         return Departure(size, of_a_step(forth.context.exactly.numbers.digits))
 
-    def gaps(self, many: ManySteps) -> Vector:
+    def gaps(self, many: Cloud) -> Vector:
         """Return the distances of steps back from their starts, over the motion."""
-        return np.asarray((np.abs(many.back() - many.starts) / many.scale).max(axis=1))
+        return np.asarray((np.abs(many.back() - many.z) / many.scale).max(axis=1))
 
 
 class MadeAgain(Law):
@@ -226,7 +232,7 @@ class KeepsEnergy(Law):
         """Return a share of the scene's step, or of the place's if that is shorter."""
         return min(place.step, Fraction(scheme.scene.step)) * random_fraction(drawn, 0.55, 0.95)
 
-    def gaps(self, many: ManySteps) -> Vector:
+    def gaps(self, many: Cloud) -> Vector:
         """Return the changes of H over its terms."""
         return many.changes(energy_with_terms(many.scheme, 16))
 
@@ -269,7 +275,8 @@ def worst_departure(
     worst, why = Departure(), "no step was made"
     tried = [(place, sign * law.longest(scheme, place, drawn))
              for place in places for sign in law.signs(scheme)]  # fmt: skip
-    for place, step in [*tried, *((place, place.step) for place in law.conspicuous(scheme))]:
+    seen, asked = law.conspicuous(scheme)
+    for place, step in [*tried, *((place, place.step) for place in seen)]:
         for _ in range(law.tries):
             try:
                 one = law.departure(scheme, place, step)
@@ -289,7 +296,7 @@ def worst_departure(
                 worst = replace(one, step=one.step or float(step), place=str(place),
                                 on_motion=not place.beside)  # fmt: skip
             break
-    return worst if worst.size is not None else Departure(unknown=why)
+    return Departure(unknown=why) if worst.size is None else replace(worst, asked=asked)
 
 
 def _is_worse(one: Departure, other: Departure) -> bool:

@@ -64,8 +64,9 @@ def of_scheme(
     if order.floor is not None:
         told = replace(told, floor=str(order.floor), share=order.floor.share)
     if not order.unknown:
+        around, sizes = evidence.around
         told = replace(told, places=len(evidence.places), unscanned=evidence.unscanned,
-                       around=evidence.around)  # fmt: skip
+                       around=around, sizes=sizes)  # fmt: skip
     least = least or scheme.order or 1
     if order.order is not None and order.order < least - NEAR:
         floats, lower = evidence.floats(least)

@@ -162,7 +162,7 @@ class LatticeEvidence(Evidence):
 
     scheme: Any
     whole: Any = None
-    unscanned, around = "", 0
+    unscanned, around = "", (0, ())
 
     def __init__(self, scheme: Any) -> None:
         of = scheme.lattice

@@ -40,7 +40,6 @@ ON, BESIDE = 1, 3  # how many places lie on the motion, and how many beside it
 SHARES = 0.1, 0.35  # of a coordinate's size by which a place lies beside the motion
 NEAR_TO = 0.005, 0.02  # the same share for the places all along the motion
 LEAST_ALONG, MOST_ALONG = 4, 24  # the least and the largest number of those
-WIDE = 0.5  # the same share for the farthest of many states (`cloud_of`)
 NEARER = 8, 12  # how many times nearer to the motion the next try is, and the number of tries
 EXACT, OF_EXACT = 4, 80  # how many places lie on the motion to so many digits
 OF_ROUGH = 50  # digits of a piece of motion from a state of a rough run
@@ -180,44 +179,24 @@ def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
     return places
 
 
-@dataclass(frozen=True, eq=False)
-class Cloud:
-    """Many states around a motion, in doubles: t (r,), x (r, n), v (r, m), and the sizes of (x, v).
-
-    of_z (n+m,): how far each entry of (x, v) moves along the motion.
-    """
-
-    t: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    of_z: np.ndarray
+def states_on_orbit(scheme: Scheme) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the motion's states in doubles: t (r,), x (r, n) and v (r, m)."""
+    t, x, v = zip(*_on_orbit(scheme.s, scheme.scene), strict=True)
+    return np.array(t, float), np.array(x, float), np.array(v, float)
 
 
-def cloud_of(scheme: Scheme, seed: int, count: int) -> Cloud:
-    """Return so many states, up to `WIDE` of the motion's size beside it in every entry.
-
-    They are free states where there are no constraints; on a group x is that of the motion.
-    """
-    motion, drawn = _motion(scheme.scene), np.random.default_rng(seed)
-    states = _on_orbit(scheme.s, scheme.scene)
-    at = drawn.integers(len(states), size=count)
-    t = np.array([float(state[0]) for state in states])[at]
-    x, v = (np.array([[float(e) for e in part] for part in parts])[at]
-            for parts in ([x for _, x, _ in states], [v for *_, v in states]))  # fmt: skip
-    of_x, of_v = (np.array([float(e) for e in part]) for part in (motion.of_x, motion.of_v))
-    wide = drawn.uniform(0, WIDE, (count, 1))
-    x_moved, v_moved = (wide * of * drawn.uniform(-1, 1, part.shape)
-                        for of, part in ((of_x, x), (of_v, v)))  # fmt: skip
-    x = x + x_moved * scheme.s.groupoid.canonical
-    return Cloud(t, x, v + v_moved, np.concatenate([of_x, of_v]))
+def sizes_of_motion(scene: Any) -> np.ndarray:
+    """Return how far each entry of (x, v) moves along the motion, (n+m,)."""
+    return np.array([*_motion(scene).of_x, *_motion(scene).of_v], float)
 
 
-def places_from(scheme: Scheme, cloud: Cloud, rows: Sequence[int]) -> list[Place]:
+def places_from(scheme: Scheme, cloud: Any, rows: Sequence[int]) -> list[Place]:
     """Return those states of a cloud as places; one whose motion has no series is left out."""
     around, drawn = surroundings(scheme.scene), random.Random(len(cloud.t))
     places = []
     for k in rows:
-        x, v = ([mpmath.mpf(float(e)) for e in part[k]] for part in (cloud.x, cloud.v))
+        x, v = ([mpmath.mpf(float(e)) for e in part[k]]
+                for part in (cloud.z[:, : scheme.s.n], cloud.v))  # fmt: skip
         place = _place(scheme, drawn, (Fraction(cloud.t[k]), x, v), 0.0, None, around)
         places += [] if place is None else [replace(place, beside=True)]
     return places

@@ -17,8 +17,8 @@ from discmech.integrators.numbers import Vector, arithmetic
 from discmech.integrators.scene import Conserved
 
 from ..core.single_steps import Departure
+from ..evidence.cloud import Cloud
 from ..evidence.laws import ROUNDINGS, Law
-from ..evidence.many_steps import ManySteps
 from ..evidence.places import DIGITS as OF_PLACES
 from ..evidence.places import Place
 from ..systems.runs import Rows, with_terms
@@ -34,6 +34,8 @@ DRAWS, PLACES = 16, 16
 DIGITS = 30  # digits of single steps
 #: powers of a shorter step beyond the order, to which a change of a quantity by it has to be seen
 POWERS = 3
+#: a rule without claims is one formula for all states, of which few are asked for all sizes
+OF_LAGRANGIAN = 8
 
 
 def seen(rows_of: Rows, run: Any, noise: float, digits: int, seed: str) -> Fault:
@@ -108,20 +110,22 @@ class Keeps(Law):
         """Return the signs of the steps."""
         return (1,) if scheme.rule.is_formula else (1, -1)
 
-    def conspicuous(self, scheme: Scheme) -> list[Place]:
-        """Return starts of steps of all sizes that do not keep what the motion itself keeps.
+    def fewer(self, scheme: Scheme) -> int:
+        """Return by how much fewer of `many_steps` are asked."""
+        return OF_LAGRANGIAN if scheme.rule.claims is None else 1
 
-        So says a method that is judged by its claims; L_d keeps what its symmetry gives.
-        """
-        if scheme.rule.claims is None or self.quantity.of_step or self.worked:
-            return []
-        if not (starts := super().conspicuous(scheme)):
-            return []
+    def conspicuous(self, scheme: Scheme) -> tuple[list[Place], int]:
+        """Return starts of steps of all sizes that do not keep what the motion itself keeps."""
+        if self.quantity.of_step or self.worked:
+            return [], 0
+        starts, asked = super().conspicuous(scheme)
+        if not starts:
+            return [], asked
         formula = formula_of(scheme, self.quantity, scheme.scene.step)
         moved = change_of_motion(scheme, with_terms(scheme, formula, DIGITS))
-        return [] if moved > KEPT else starts
+        return ([], 0) if moved > KEPT else (starts, asked)
 
-    def gaps(self, many: ManySteps) -> Vector:
+    def gaps(self, many: Cloud) -> Vector:
         """Return the changes of the quantity over its terms."""
         formula = formula_of(many.scheme, self.quantity, many.scheme.scene.step)
         return many.changes(with_terms(many.scheme, formula, 16))

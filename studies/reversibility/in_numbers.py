@@ -13,8 +13,9 @@ from discmech.integrators.extensions.foreign import derivative, guarded, noise_o
 from discmech.integrators.extensions.foreign.differences import FARTHEST
 
 from ..core.case import Case
+from ..evidence.cloud import way_back
 from ..evidence.laws import WAY_BACK
-from ..evidence.many_steps import many_steps, way_back
+from ..evidence.many_steps import many_steps
 from ..evidence.places import Place
 from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided
 from ..symplecticity.judging_form import rounded
@@ -39,8 +40,9 @@ def measure(case: Case) -> FoundOfNumbers:
     rule: Any = case.rule
     if rule.remembers or rule.runs:  # a run need not be its steps: a long one goes back
         first.append(replace(next(look for look in all_looks if look.count > 1), count=LONG))
+    seen, asked = _seen(case)
     first += [Look(np.array([float(e) for e in (*place.x, *place.mu)]), place.t, place.step, 1,
-                   first[0].rate) for place in _seen(case)]  # fmt: skip
+                   first[0].rate) for place in seen]  # fmt: skip
     further = more_looks(case.scheme, scale, seed)
     for k, look in enumerate(itertools.chain(first, further)):
         if k >= len(first) and not undecided(case, rows):
@@ -53,15 +55,17 @@ def measure(case: Case) -> FoundOfNumbers:
     defects = [(row.defect, row.certain) for row in rows
                if row.defect is not None and row.certain is not None]  # fmt: skip
     if not defects:
-        return FoundOfNumbers(rows)
+        return FoundOfNumbers(rows, asked=asked)
     last, (defect, certain) = decisive(rows), map(max, zip(*defects, strict=True))
-    return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution))
+    return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution), asked)
 
 
-def _seen(case: Case) -> list[Place]:
-    """Return starts of steps, of many all along the motion, that a step back misses."""
-    many = None if case.rule.only_step is not None else many_steps(case.scheme)
-    return [] if many is None else many.places(WAY_BACK.gaps(many), rounded(case.rule.unit(16)))
+def _seen(case: Case) -> tuple[list[Place], int]:
+    """Return (starts of steps, of many along the motion, that a step back misses, how many)."""
+    if case.rule.only_step is not None or (many := many_steps(case.scheme)) is None:
+        return [], 0
+    gaps = WAY_BACK.gaps(many)
+    return many.places(gaps, rounded(case.rule.unit(16))), int(np.isfinite(gaps).sum())
 
 
 def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:

@@ -8,6 +8,7 @@ from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.limits import of_a_step
 from ..core.records import decoded
+from ..evidence.cloud import STEPS_ASKED
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import WAY_BACK
 from ..symplecticity.in_numbers import resolved
@@ -57,7 +58,8 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
     left, resolution = record.left or 0.0, measured.resolution or 0.0
     expected["left"] = left
     if resolution <= resolved(case) * left:
-        return Verdict("pass", "", expected)
+        said = f"{record.asked} {STEPS_ASKED} went back, all along the motion." * bool(record.asked)
+        return Verdict("pass", said, expected)
     said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "
     said += f"could be hidden, where a method of this order may leave {left:.1e}."
     return Verdict("inconclusive", said, expected)

@@ -59,8 +59,12 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class FoundOfNumbers:
-    """The rows of a program, the largest of each, and what a method of its order may leave."""
+    """The rows of a program, the largest of each, and what a method of its order may leave.
+
+    asked: the number of states along the motion from which steps of all sizes went back.
+    """
 
     rows: Sequence[OfReturn] = ()
     left: float | None = field(default=None, metadata=OPTIONAL)
     measured: Measured = field(default_factory=Measured)
+    asked: int = 0

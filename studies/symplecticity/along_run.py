@@ -8,23 +8,26 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from discmech.integrators import StepFailure
 from discmech.integrators.extensions.foreign import MapOfRows, guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
+from ..evidence.cloud import in_box
 from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
 from .form_in_numbers import Defect, random_curve
 from .in_numbers import curve_defect, free_states, resolved
 from .judging_form import is_defect
-from .places import scale_of
+from .places import map_of, scale_of
 from .records import FoundOfNumbers, OfRun
 
 #: steps of all runs together, for a step that asks the scene so often, less work than the energy's
@@ -35,6 +38,7 @@ POINTS = 32  # of a curve
 ROWS = 16  # rows of a run at which its curve is looked at
 #: sizes of a curve in parts of the motion; a smaller one is for runs that draw it out too far
 REACHES = (0.02, 1e-3, 5e-5)
+STARTS = 64  # drawn states of a map's box, of which that with the longest run in it is taken
 STEP = 0.7, 1.0  # shares of the scene's step from which the run's is drawn
 
 
@@ -69,8 +73,11 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     calls = curves * (1 if scheme.rule.vectorised else POINTS)
     work = calls * max(ASKS, flow.questions()) * USUAL
     steps = CALLS * ASKS * scheme.rule.long_run // work // ROWS * ROWS
-    steps = min(MOST, max(LEAST, steps))
-    run = guarded(flow.map_of(steps, rows=ROWS), ROWS * len(z))
+    steps = whole = min(MOST, max(LEAST, steps))
+    z, stays = _longest(scheme, flow, z, steps, seed) if in_box(scheme) else (z, steps)
+    if (steps := stays // ROWS * ROWS) == 0:
+        return OfRun(float(flow.step), left=stays)
+    run = guarded(map_of(flow, steps, rows=ROWS), ROWS * len(z))
     drawn = np.random.default_rng(seed + 4)
     defects = [_of_curve(case, flow.system, run, z, scale, embed, reach, drawn)
                for _ in range(curves)]  # fmt: skip
@@ -82,7 +89,27 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
                    if is_defect(row.certain, unit, part * k)), 0)  # fmt: skip
     certain = rows[broken - 1].certain if broken else 0.0
     again = repeated(flow, z, scale, steps, seed=seed).gap
-    return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again)
+    left = stays if stays < whole else 0
+    return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again, left)
+
+
+def _longest(scheme: Any, flow: Any, z: Vector, steps: int, seed: int) -> tuple[Vector, int]:
+    """Return (the start in a map's box from which a run stays in it, its steps), z if it does.
+
+    Of some drawn starts it is the one from which the run is longest, at most of so many steps.
+    """
+    low, high = np.array(scheme.rule.states, dtype=float)
+    drawn, step, best = np.random.default_rng(seed), map_of(flow, 1), (z, 0)
+    for _ in range(STARTS):
+        at, made = z, 0
+        with suppress(StepFailure):
+            while made < steps and np.isfinite(at := step(at)).all():
+                made += 1
+        best = max(best, (z, made), key=lambda each: each[1])
+        if made == steps:
+            break
+        z = drawn.uniform(low, high)
+    return best
 
 
 def _start(case: Case, seed: int) -> tuple[Any, Vector]:

@@ -26,10 +26,11 @@ from .form_in_numbers import (
     volume_defect,
 )
 from .judging_form import is_defect
+from .jumps import jumps_of
 from .leaves import leaf_defect
 from .own_derivatives import of_run, of_step
-from .places import Look, looks, more_looks, scale_of
-from .records import FoundOfNumbers, Held, MeasuredOfNumbers, OfNumbers, Volume
+from .places import Look, looks, map_of, more_looks, scale_of
+from .records import FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers, Volume
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
@@ -67,19 +68,22 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         if not undecided(case, rows):
             break
         rows.append(_row(case, len(rows), look, scale, seed))
-    around, unit = 0, case.rule.unit(16)
+    around, unit, jumps = 0, case.rule.unit(16), list[Jump]()
     if not any(is_defect(row.certain or 0.0, unit) for row in rows):
-        stand_out, around = conspicuous(case, scale, seed)
+        # a loose iteration jumps everywhere, a map that does so across a surface at few places
+        rough = 2 * sum(row.noise > 0 for row in rows) > len(rows)
+        jumps = [] if rough else jumps_of(case, scale)
+        stand_out, around = conspicuous(case, scale)
         near = [_row(case, len(rows), look, part * scale, seed)
                 for look in stand_out for part in NEAR]  # fmt: skip
         rows += [row for row in near if row.certain is not None]
-    return FoundOfNumbers(rows, _measured(rows), around=around)
+    return FoundOfNumbers(rows, _measured(rows), around=around, jumps=jumps)
 
 
 def certain_losses(case: Case, fewer: int) -> list[Look]:
     """Return looks, of so many fewer drawn states, whose step certainly loses the form."""
     scale, seed, unit = scale_of(case.scheme), seed_in_numbers(case.scheme), case.rule.unit(16)
-    return [look for k, look in enumerate(conspicuous(case, scale, seed, fewer)[0])
+    return [look for k, look in enumerate(conspicuous(case, scale, fewer)[0])
             if any(is_defect(_row(case, k, look, part * scale, seed).certain or 0.0, unit)
                    for part in NEAR)]  # fmt: skip
 
@@ -117,7 +121,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
     scheme: Any = case.scheme
     flow = scheme.flow(look.step)
     row = OfNumbers(float(look.step), k, float(look.time), state=look.z.tolist())
-    f = flow.map_of(look.count, t0=look.time)
+    f = map_of(flow, look.count, look.time)
     try:
         after = f(look.z)
     except StepFailure as failure:

@@ -95,7 +95,8 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     from ..core.outcome import named
 
     if not case.rule.is_formula:
-        return of_law(case, measurement, "symplecticity")
+        of_jump = judging_numbers.cause_of_jump(case, decoded(FoundOfNumbers, measurement))
+        return of_jump or of_law(case, measurement, "symplecticity")
 
     record = decoded(Found, measurement)
     broken = _broken(case, record)

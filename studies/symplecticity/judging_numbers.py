@@ -12,17 +12,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from discmech.integrators.numbers import jacobian, sympy
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..evidence.places import WIDE
+from ..core.outcome import named
+from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
 from .in_numbers import ENOUGH, decisive, resolved
 from .judging_form import is_defect
 from .limits import LIMITS
 from .own_derivatives import STEPS
-from .places import in_box
-from .records import FoundOfNumbers, OfNumbers
+from .records import FoundOfNumbers, Jump, OfNumbers
 
 _ROUGH = (
     "the program is not smooth: the ends of its steps jump by {:.1e} of the motion between starts "
@@ -86,6 +88,8 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
         said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
         return Verdict("fail", said + rough * (noise * ITERATIONS >= certain) + ".", expected)
+    if wrong := _jumps(case, record):
+        return replace(wrong, expected=expected)
     run = record.run
     if run.broken:
         said = f"single steps keep the form, but a run does not: after {run.broken} steps of "
@@ -108,6 +112,8 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
             return Verdict("inconclusive", unknown, expected)
         told = "the form is kept in single steps"
         told += f" and in runs of up to {run.seen} steps" if run.seen else ""
+        if run.left:
+            told += f"; its orbits leave the box after {run.left} steps or fewer, and end there"
         told += "; the motion of a map of one step is not held against a scene's" * is_map
         told = "; ".join([told, *_looked_at(case, record)])
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
@@ -156,18 +162,55 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     return Verdict("fail", said, measured={worst.what: off})
 
 
+def _jumps(case: Case, record: FoundOfNumbers) -> Verdict | None:
+    """Return a fail if a step jumps across a surface, so that it is not one to one.
+
+    Steps smaller than what is no defect (`resolved`) count as none. By a large one the images of
+    the two sides are far apart, and may be those of no others.
+    """
+    left = decisive(record.rows).left or 0.0
+    for jump in record.jumps:
+        if jump.size <= resolved(case) * left or not (jump.across or 0.0) > LIMITS["jump across"]:
+            continue
+        said = f"a step jumps by {jump.size:.2g} of the motion where it crosses {_at(jump)}, at "
+        said += f"step {jump.step:.3g}, and not along the image of the surface that it jumps at: "
+        if jump.size > LIMITS["jump nearby"]:
+            said += "whether it is one to one, as a map that keeps the form is, is not known."
+            return Verdict("inconclusive", said)
+        said += "on either side it may keep the form, but the images of both overlap, or leave a "
+        return Verdict("fail", said + "gap between them.", measured={"jump": jump.size})
+    return None
+
+
+def cause_of_jump(case: Case, record: FoundOfNumbers) -> dict[str, Any] | None:
+    """Return the cause of a fail by a jump, or None."""
+    if is_defect(record.measured.certain or 0.0, case.rule.unit(16)) or not _jumps(case, record):
+        return None
+    said = "look for what is done on one side alone: a comparison, a clip, a table's cell."
+    return named("jump", said, {"state": list(record.jumps[0].state)})
+
+
+def _at(jump: Jump) -> str:
+    x, mu = (", ".join(f"{e:.4g}" for e in part) for part in np.split(np.array(jump.state), 2))
+    return f"x = ({x}), mu = ({mu})"
+
+
 def _looked_at(case: Case, record: FoundOfNumbers) -> list[str]:
     """Return how far a derivative that is given was held against steps, and from how many states.
 
     Faults of a box, or of the states around a motion, may lie between these.
     """
     told, rows = [], record.rows
+    for jump in record.jumps[:1]:
+        told.append(f"it jumps by {jump.size:.2g} of the motion at {_at(jump)}, where "
+                    "differences of states see either side alone")  # fmt: skip
     if record.around:
         share = record.around ** (-1 / len(rows[0].state))
         told.append(
             f"its box was looked at from {record.around} drawn states, one to {share:.2g} of each "
             "side" if in_box(case.scheme) else f"{record.around} more states, drawn up to {WIDE:g} "
-            "of the motion's size beside it, were looked through by plain differences"
+            f"of the motion's size beside it, by {STEPS_ASKED}, were looked through by plain "
+            "differences"
         )  # fmt: skip
     for (what, by), hidden in _hidden(rows).items():
         of = "steps" if what == "jacobian" else f"runs of {STEPS} steps"

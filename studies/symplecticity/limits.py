@@ -32,6 +32,16 @@ LIMITS = {
         "set: they see 10⁻⁹ of a smooth map, and a sum over a run has many steps; an error of a "
         "millionth shows ten times over; it errs towards inconclusive",
     ),
+    "jump across": Limit(
+        0.01, "share of a map's jump that is not along the image of the surface at which it jumps",
+        "derived: bends and distances leave 300 times less of a jump along it, such as a kick's or "
+        "a wall's, which keeps the form; by any other the images of both sides overlap, or part",
+    ),
+    "jump nearby": Limit(
+        1 / 8, "such a jump over the motion by which both images are still neighbours",
+        "set: an exchange of intervals may jump by more and be one to one; it errs towards "
+        "inconclusive",
+    ),
 }  # fmt: skip
 
 

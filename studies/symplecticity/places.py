@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from discmech import reference
+from discmech.integrators.extensions.foreign import MapOfRows, guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..evidence import evidence_of
+from ..evidence.cloud import in_box
 from ..evidence.places import random_fraction, seed_in_numbers
 
 ENDS = 12  # number of times along a constrained motion
@@ -24,7 +26,7 @@ FAST = 0.5, 1.0
 SHARES = 0.0, 0.1, 0.2, 0.3  # shares of the motion's size by which places in numbers lie beside it
 # steps of a run that is judged as one map: a fault that one step hides may lie between them
 MORE = 3
-IN_BOX = 6  # number of states of a box
+IN_BOX, TRIES = 6, 32  # number of states of a box, and of draws of one from which a run stays in it
 
 
 @dataclass(frozen=True)
@@ -36,11 +38,6 @@ class Look:
     step: Fraction
     count: int
     rate: float
-
-
-def in_box(case: Any) -> bool:
-    """True if the map of a case or scheme runs on its own box of states, not on a named scene."""
-    return bool(case.rule.states) and case.scene.name == case.rule.own_scene.name
 
 
 def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
@@ -86,13 +83,42 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
 
     The rate of its motion is unknown, so nothing less than the whole form counts as lost.
     """
-    low, high = (np.array([float(e) for e in end]) for end in scheme.rule.states)
-    seed = seed_in_numbers(scheme)
+    low, high = np.array(scheme.rule.states, dtype=float)
+    seed, step = seed_in_numbers(scheme), scheme.rule.only_step
     drawn, all_looks = random.Random(seed), list[Look]()
+    stays = map_of(scheme.flow(step), MORE)
     for _ in range(IN_BOX):
-        z = low + (high - low) * np.array([drawn.random() for _ in low])
-        all_looks += _both(scheme, drawn, z, Fraction(0), scheme.rule.only_step, math.inf)
+        for _ in range(TRIES):
+            z = low + (high - low) * np.array([drawn.random() for _ in low])
+            if inside := bool(np.isfinite(stays(z)).all()):
+                break
+        looks = _both(scheme, drawn, z, Fraction(0), step, math.inf)
+        all_looks += looks if inside else looks[1:]
     return all_looks, (high - low) / 2, seed
+
+
+def map_of(flow: Any, count: int, t0: Any = 0, rows: int = 1) -> Any:
+    """Return `flow.map_of`; in a map's box its image is no number where a step begins outside.
+
+    Outside nothing is claimed. Of one step from a state in the box a failure is raised.
+    """
+    if not in_box(flow.scheme):
+        return flow.map_of(count, t0=t0, rows=rows)
+    one, (low, high) = flow.map_of(1), np.array(flow.scheme.rule.states, dtype=float)
+    step = guarded(one, len(low))
+
+    def all_rows(z: Matrix) -> Matrix:
+        made = list[Matrix]()
+        for k in range(1, count + 1):
+            inside = ((low <= z) & (z <= high)).all(axis=1)
+            after = np.full_like(z, np.nan)
+            if inside.any():
+                after[inside] = images(one if count == len(z) == 1 else step, z[inside])
+            z = after
+            made += [z] if k % (count // rows) == 0 else []
+        return np.hstack(made)
+
+    return MapOfRows(lambda z: all_rows(z[None])[0], all_rows)
 
 
 def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:

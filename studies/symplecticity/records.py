@@ -103,7 +103,8 @@ class OfRun:
     """The form along a run of a program, of so many steps of that size.
 
     seen: the steps after which the form was resolved. certain: the defect that no error explains,
-    after `broken` steps; 0 without one. again: the difference from the same steps made again.
+    after `broken` steps; 0 without one. again: the difference from the same steps made again. left:
+    the most steps after which an orbit of a map leaves its box; 0 if one stays.
     """
 
     step: float = 0.0
@@ -112,19 +113,35 @@ class OfRun:
     certain: float = 0.0
     broken: int = 0
     again: float = 0.0
+    left: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A jump of a step at a state, over the motion.
+
+    across: the share of it that is not along the image of the surface where it is; None if unknown.
+    """
+
+    size: float = 0.0
+    across: float | None = None
+    step: float = 0.0
+    state: Sequence[float] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class FoundOfNumbers:
     """The rows of a program, the worst of each, the form along a run, and its single steps.
 
-    around: the number of drawn states at which plain differences looked for faults.
+    around: the number of drawn states at which plain differences looked for faults. jumps: those
+    that lines through these states met.
     """
 
     rows: Sequence[OfNumbers] = ()
     measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
     run: OfRun = field(default_factory=OfRun)
     around: int = 0
+    jumps: Sequence[Jump] = ()
     local: SingleSteps | None = None
 
 

@@ -90,7 +90,7 @@ SAID = {
 IN_NO_PROSE = {
     "charts: stopped", "contact: excess", "contact: form", "energy: balance", "energy: elsewhere",
     "energy: straight", "energy: whole", "optimality: grows", "order: unresolved",
-    "symplecticity: made again",
+    "symplecticity: jump across", "symplecticity: jump nearby", "symplecticity: made again",
     *(f"order: {name}" for name in OF_ORDER),
 }  # fmt: skip
 

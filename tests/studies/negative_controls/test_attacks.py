@@ -56,7 +56,9 @@ def test_the_later_tables_are_read_whole():
                   "discmech contact contact.py:pegs ", "contact.py:nothing", "contact.py:falling",
                   "control.py:small", "steps kepler", "order.py:heavy --peer", "programs.py:bumped",
                   "programs.py:forth", "programs.py:heavier", "programs.py:Late",
-                  "programs.py:lower", "programs.py:rounded")  # fmt: skip
+                  "programs.py:lower", "programs.py:rounded",
+                  "programs.py:short_band", "programs.py:jumps",
+                  "conserved.py:pulled_long")  # fmt: skip
 @pytest.mark.parametrize(("words", "answer"), [
     pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
     for _, words, answer, slow in in_turn(SECOND)

@@ -8,6 +8,7 @@ from discmech.studies.command.entry import main
 from discmech.studies.core.case import Case
 from discmech.studies.symplecticity import in_numbers
 from discmech.studies.symplecticity.judging_numbers import judge
+from discmech.studies.symplecticity.jumps import jumps_of
 from discmech.studies.symplecticity.places import looks
 
 from .judging import judged
@@ -72,6 +73,72 @@ def test_a_pass_says_how_fine_its_box_was_looked_at():
     case = Case("symplecticity", box.own_scene, box, 16)
     told = judge(case, in_numbers.measure(case, lambda *_: None))
     assert told.verdict == "pass" and "from 4096 drawn states, one to 0.016 of each" in told.reason
+
+
+def turned(q, p, side=0, jump=(0, 0)):
+    p = p - q**2 + jump[0] * side
+    return np.cos(1.3) * q + np.sin(1.3) * p, np.cos(1.3) * p - np.sin(1.3) * q + jump[1] * side
+
+
+def bounced(q, p):
+    q = q + p / 5
+    return (q, p) if 0 < q[0] < 1 else (2 * (q > 1) - q, -p)
+
+
+#: maps that jump, their boxes, and the share of the jump that is not along the surface's image
+JUMPS = {
+    "none": (lambda q, p: turned(q, p), 0.3, None),
+    "angle": (lambda q, p: ((q + p) % (2 * np.pi), p), 6.0, None),
+    "angle within a turn": (lambda q, p: (np.arctan2(np.sin(q + p), np.cos(q + p)), p), 3.0, None),
+    "unit torus": (lambda q, p: ((2 * q + p) % 1, (q + p) % 1), 1.0, None),
+    "kink": (lambda q, p: turned(q, p, q > 0.1, (1e-7, 0)), 0.3, 0),
+    "wall": (bounced, 1.0, 0),
+    "cut off": (lambda q, p: (q + p + 3 * q * (q @ q < 0.04), p + 3 * q * (q @ q < 0.04)), 0.3, 0),
+    "shift": (lambda q, p: turned(q, p, q > 0.1, (0, 1e-7)), 0.3, 1),
+    "slanted kick": (lambda q, p: turned(q, p, q + p / 2 > 0.1, (1e-9, 0)), 0.3, 0.5),
+    "part of a jump": (lambda q, p: turned(q, p, q + p / 20 > 0.1, (1e-7, 0)), 0.3, 0.05),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", JUMPS)
+@pytest.mark.parametrize("degrees", [1, 2])
+def test_a_jump_is_along_its_surface_or_across(name, degrees):
+    step, side, wanted = JUMPS[name]
+    if degrees == 2 and name != "cut off":
+        one = step
+
+        def step(q, p):
+            ends = [one(q[k : k + 1], p[k : k + 1]) for k in range(2)]
+            return tuple(np.concatenate(part) for part in zip(*ends, strict=True))
+
+    box = black_box(step=1, symplectic=True, states=(2 * degrees * [-side], 2 * degrees * [side]))
+    case = Case("symplecticity", (made := box(step)).own_scene, made, 16)
+    jumps = jumps_of(case, np.full(2 * degrees, side))
+    assert bool(jumps) == (wanted is not None)
+    if jumps:
+        across = np.median([jump.across for jump in jumps if jump.across is not None])
+        assert across < 1e-3 if wanted == 0 else 0.3 * wanted < across
+
+
+@pytest.mark.dear("shift")
+@pytest.mark.parametrize(("name", "verdict"), [("shift", "fail"), ("kink", "pass")])
+def test_a_map_that_is_not_one_to_one_fails_and_a_kick_is_named(name, verdict):
+    step, side, _ = JUMPS[name]
+    box = black_box(step=1, symplectic=True, states=([-side] * 2, [side] * 2))(step)
+    found = judged("symplecticity", box.own_scene, box)
+    assert found["verdict"] == verdict and " jumps by 3." in found["reason"]
+    assert verdict == "pass" or found["diagnosis"]["cause"] == "jump"
+
+
+def test_a_run_ends_where_its_orbit_leaves_the_box():
+    box = black_box(step=1, symplectic=True, states=([-2, -2], [2, 2]))(
+        lambda q, p: (1 - 1.4 * q**2 + p, -q)
+    )
+    found = judged("symplecticity", box.own_scene, box, causes=False)
+    assert found["verdict"] == "pass"
+    box = black_box(step=1, symplectic=True, states=([1, 1], [2, 2]))(lambda q, p: (q + p, p))
+    found = judged("symplecticity", box.own_scene, box, causes=False)
+    assert found["verdict"] == "pass" and "orbits leave the box after 1 step" in found["reason"]
 
 
 def kicked(h):
