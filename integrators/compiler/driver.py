@@ -7,8 +7,9 @@ Python on gmpy2 numbers, the same text is the driver of high precision. Vectors 
 
 Supplied names: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`, `extents`,
 `branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one substep),
-MIXED (substeps of the adjoint occur), APART (they reuse other functions of x); LAYOUT and all
-names of `layout`; EPS (unit round-off), ROOT_EPS, HUGE, DECAY, MARGIN.
+MIXED (substeps of the adjoint occur), APART (they reuse other functions of x), CAREFUL (records
+have `rounding`, each row with its round-off, and `correction` by given rows); LAYOUT and all names
+of `layout`; EPS (unit round-off), ROOT_EPS, HUGE, DECAY, MARGIN.
 """
 
 # ruff: noqa: F821 (names are supplied; the compiled language has no strict=)
@@ -129,8 +130,9 @@ def solve(system, x, mu, k, memo, c):
         return w, memo, 1, size, OK if size < HUGE else SINGULAR
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     site = Record(
-        correct=correct_site, again=start_again, still=moves_always, system=system, x=x, mu=mu,
-        k=k, c=c, own=(), last=u1,
+        correct=correct_site, again=start_again,
+        still=mostly_round_off if CAREFUL else moves_always, system=system, x=x, mu=mu, k=k, c=c,
+        own=(), last=u1,
     )  # fmt: skip
     start = predict(order, u1, u2, u3, u4, u5)
     w, here, kappa, count, size, status, trusted = newton(site, start, kappa, scale, age)

@@ -12,12 +12,11 @@ from typing import Any, Protocol
 from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text, uncollected
 from ..numbers.types import Namespace
 from .cache import cached_text, digest, sources
-from .elimination import ADJUGATE
 from .lanes import lane_namespace, tables
 from .layout import INNER, PAST, Entry, Layout, StageLayout, Status
 from .llvm_values import Array
 from .machine_code import compiled, vector_width
-from .module_text import module_text
+from .module_text import CAREFUL, module_text
 from .stage_system import StageSource
 from .stage_text import text_of_stages
 from .step import Step, written
@@ -34,8 +33,8 @@ class Kernels:
 
     advance: the driver (`driver.advance`). prepare: q ↦ c, and carry: (x, c) ↦ k, one each for the
     rule and for its adjoint. affine: for each, True if one correction solves a substep. huge: a
-    number larger than any size. exchanging: returns kernels with row exchanges in each elimination,
-    or None if these kernels have them everywhere already.
+    number larger than any size. careful: returns kernels with row exchanges in each elimination and
+    with bounds of the rows' round-off, or None if these kernels are the same.
     """
 
     advance: Callable[..., tuple[int, int]]
@@ -44,7 +43,7 @@ class Kernels:
     affine: tuple[bool, ...]
     layout: Layout
     huge: Number
-    exchanging: Callable[[], Kernels | None] | None = None
+    careful: Callable[[], Kernels | None] | None = None
 
 
 class Named(Protocol):
@@ -70,14 +69,12 @@ def compile(system: Step, numbers: Arithmetic, omit: frozenset[str] = frozenset(
         kernels = interpreted(text, numbers, **more)
     else:
         kernels = compiled_text(system, text)
-    return replace(kernels, exchanging=partial(_exchanging, system, numbers, omit))
+    return replace(kernels, careful=partial(_careful, system, numbers, omit))
 
 
-def _exchanging(system: Step, numbers: Arithmetic, omit: frozenset[str]) -> Kernels | None:
-    more = omit | {"order"}
-    if len(system.w) <= ADJUGATE or kernel_text(system, more) == kernel_text(system, omit):
-        return None
-    return compile(system, numbers, more)
+def _careful(system: Step, numbers: Arithmetic, omit: frozenset[str]) -> Kernels | None:
+    more = omit | {CAREFUL}
+    return None if more == omit else compile(system, numbers, more)
 
 
 @lru_cache(maxsize=16)

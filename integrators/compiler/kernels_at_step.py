@@ -277,26 +277,33 @@ class KernelsAtStep:
         return status
 
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
-        """Step up to `stop`; if a pivot is zero, take that one step with row exchanges."""
+        """Step up to `stop`; where that fails, by the careful kernels.
+
+        A zero pivot is rare, so they take one step; rows that have much round-off stay so.
+        """
         status = self._driven(run, stop, substeps)
-        while status == Status.SINGULAR and self._exchanged(run, substeps):
+        while status in (Status.SINGULAR, Status.NOT_CONVERGED):
+            end = run.index + 1 if status == Status.SINGULAR else stop
+            if not self._carefully(run, end, substeps):
+                return status
             status = self._driven(run, stop, substeps) if run.index < stop else Status.OK
         return status
 
-    def _exchanged(self, run: Run, substeps: int) -> bool:
-        """Repeat a step that failed with kernels that exchange rows; True if that succeeds."""
+    def _carefully(self, run: Run, stop: int, substeps: int) -> bool:
+        """Repeat a step that failed, and go on, by the careful kernels; True if that succeeds."""
         used = next((key for key, c in self._known.items() if c is run.c), None)
-        if used is None or self._exchanging is None:
+        if used is None or self._careful is None:
             return False
         key, halvings = used
-        mine, run.c = run.c, self._exchanging.coefficients(key, self._translates[key], halvings)
-        status = self._exchanging._driven(run, run.index + 1, substeps)
+        mine, run.c = run.c, self._careful.coefficients(key, self._translates[key], halvings)
+        before = run.index
+        self._careful._driven(run, stop, substeps)
         run.c = mine
-        return status == Status.OK
+        return run.index > before
 
     @cached_property
-    def _exchanging(self) -> KernelsAtStep | None:
-        if not self.kernels.exchanging or (kernels := self.kernels.exchanging()) is None:
+    def _careful(self) -> KernelsAtStep | None:
+        if not self.kernels.careful or (kernels := self.kernels.careful()) is None:
             return None
         return KernelsAtStep(kernels, self.numbers, self.qs, list(self.kinds), self.name)
 

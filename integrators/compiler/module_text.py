@@ -19,12 +19,14 @@ from typing import Any
 from ..numbers import (
     Coefficients,
     Node,
+    NodeMatrix,
     Operations,
     Value,
     called_text,
     coefficients_text,
     over,
     steepness,
+    sympy,
     text_of,
     with_arguments,
     with_tables,
@@ -33,9 +35,11 @@ from ..numbers.types import Letters, Namespace
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
+from .row_rounding import bounds
 from .step import Step
 
 LONGEST = 1000  # a lattice's function with more operations is called instead of written in
+CAREFUL = "careful"  # in `omit`: nothing is saved where a step has failed
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
 
 
@@ -57,6 +61,7 @@ def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
         "WIDTHS = dict(coefficients=LAYOUT.width, xs=LAYOUT.n, us=LAYOUT.row_width, mus=LAYOUT.m)",
         f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*step.kinds} else ''}",
         f"ALONE, SINGLE, MIXED, APART = True, {not step.composed}, {mixed}, {apart}",
+        f"CAREFUL = {CAREFUL in omit}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
@@ -93,9 +98,10 @@ class KernelText:
     """Writes the kernels of a step, or of one term of a lattice's.
 
     omit: names of `omissions.SAVINGS` that are not made, so that their gain can be measured, and
-    "order" if every elimination exchanges rows. coefficients: those of several steps together.
-    parts: the names of the kernels that are written, or () for those of a scene. own: the letters
-    of a lattice's site or bond beside the coefficients that all share, or None for a scene.
+    CAREFUL if every elimination exchanges rows and each row has a bound of its round-off.
+    coefficients: those of several steps together. parts: the names of the kernels that are written,
+    or () for those of a scene. own: the letters of a lattice's site or bond beside the coefficients
+    that all share, or None for a scene.
     """
 
     def __init__(
@@ -109,7 +115,9 @@ class KernelText:
     ) -> None:
         self.step, self.suffix, self.omit = step, suffix, frozenset(omit)
         edge = ["edge"] if step.extents else []
-        self.parts, self.own = parts or (*edge, "solver", "update", "carry", "prepare"), own
+        rounding = ["rounding"] if CAREFUL in self.omit and not self.affine else []
+        every = *edge, *rounding, "solver", "update", "carry", "prepare"
+        self.parts, self.own = parts or every, own
         self.coefficients = coefficients or Coefficients(
             step.q, step.graph, plain="coefficients" in self.omit
         )
@@ -150,6 +158,7 @@ class KernelText:
         """The record of this step that the driver is given, as text."""
         step = self.step
         names = ["solver", "update", "carry", "prepare"]
+        names += ["rounding", "correction"] if "rounding" in self.parts else []
         names += ["extents"] if step.extents else []
         names += ["branch"] if step.branch is not None else []
         facts = {"affine": self.affine, "watched": bool(step.extents),
@@ -254,32 +263,54 @@ class KernelText:
             texts.append(self._function(name, arguments, operations, results))
         return "\n\n".join(texts)
 
-    def _solver(self) -> str:
-        """Return the text of one Newton correction, or of the solution if rows are affine in w."""
-        step, graph = self.step, self.step.graph
-        entries, m = step.system, len(step.w)
+    @cached_property
+    def _residual(self) -> tuple[list[Node], NodeMatrix]:
+        """What is wanted less the rows, and the slope of the rows; at w = 0 if they are affine."""
+        step, graph, m = self.step, self.step.graph, len(self.step.w)
+        entries = step.system
         if self.affine:
             zero = dict.fromkeys((e.index for e in graph.letters(step.w)), graph.number(0))
             entries = graph.rebuilt(entries, zero)
-        rows, slope = entries[:m], [entries[i : i + m] for i in range(m, m + m * m, m)]
-        residual = [a - b for a, b in zip(step.wanted, rows, strict=True)]
-        # further corrections repair the effect of small pivots, but an affine step has only one
-        exchange = self.affine or "order" in self.omit or not has_pivots(step)
-        dw, _ = solve(graph, slope, residual, self.coefficients, pivot_rows(step), exchange)
-        arguments = {"x": step.x, "w": step.w, "mu": step.mu, "k": self._k,
+        slope = [entries[i : i + m] for i in range(m, m + m * m, m)]
+        return [a - b for a, b in zip(step.wanted, entries[:m], strict=True)], slope
+
+    def _solver(self) -> str:
+        """Return the text of one Newton correction, or of the solution if rows are affine in w."""
+        arguments = {"x": self.step.x, "w": self.step.w, "mu": self.step.mu, "k": self._k,
                      "c": self.coefficients}  # fmt: skip
         if self.affine:
             del arguments["w"]
+        return self._corrected("solver", arguments, self._residual[0])
+
+    def _corrected(self, name: str, arguments: Namespace, residual: Sequence[Node]) -> str:
+        step = self.step
+        # further corrections repair the effect of small pivots, but an affine step has only one
+        exchange = self.affine or CAREFUL in self.omit or not has_pivots(step)
+        slope, order = self._residual[1], pivot_rows(step)
+        dw, _ = solve(step.graph, slope, residual, self.coefficients, order, exchange)
         operations = self._start(arguments)
         values = operations.values(dw)
         if step.along is not None:
             letters, along = step.along
-            operations.give(graph.letters(letters), values)
+            operations.give(step.graph.letters(letters), values)
             values = operations.values(along)
         results: list[Sequence[Value] | Value] = [values]
         if not self.affine:
             results.append(operations.sum([operations.function("abs", e & ~1) for e in values]))
-        return self._function("solver", arguments, operations, results)
+        return self._function(name, arguments, operations, results)
+
+    def _rounding(self) -> str:
+        """Return the text of the residual with bounds of its round-off, and of its correction."""
+        step, graph = self.step, self.step.graph
+        arguments = {"x": step.x, "w": step.w, "mu": step.mu, "c": self.coefficients}
+        rows = self._residual[0]
+        operations = self._start(arguments)
+        values = operations.values([*rows, *bounds(graph, rows)])
+        columns = [values[: len(rows)], values[len(rows) :]]
+        text = self._function("rounding", arguments, operations, columns)
+        letters = sympy.symbols(f"residual_0:{len(rows)}", real=True)
+        given = {"x": step.x, "w": step.w, "mu": step.mu, "r": letters, "c": self.coefficients}
+        return f"{text}\n\n{self._corrected('correction', given, graph.letters(letters))}"
 
     def _update(self) -> str:
         """Return the text of the increments of x and μ and of the new k.

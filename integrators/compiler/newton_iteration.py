@@ -2,7 +2,7 @@
 
 What is solved is a record: `correct(problem, w) → (w, size of the correction, size of w, True if no
 component hides a larger correction)`, `again(problem)`, the start of a second try, and
-`still(problem)`, True if corrections no longer move x. w is a tuple, or () if it is in memory.
+`still(problem, w)`, True if round-off is left. w is a tuple, or () if it is in memory.
 """
 
 # ruff: noqa: F821, B905, SIM102 (names are supplied; no strict=; `and` would compute `still`)
@@ -32,7 +32,7 @@ def newton(problem, w, kappa, scale, age):
             break
         status, kappa = judge(size, before, here, scale, kappa, count)
         if status == NOT_CONVERGED and count > 2 and size > before / 2:
-            if problem.still(problem):
+            if problem.still(problem, w):
                 status = OK
         if status == OK and (fine or ended):
             break
@@ -80,9 +80,22 @@ def start_again(site):
     return site.last
 
 
-def moves_always(site):
+def moves_always(site, w):
     """Return False: the sum of |w| tells all of a single site."""
     return False
+
+
+def mostly_round_off(site, w):
+    """Return True if the next correction is for the most part that of rows which are round-off.
+
+    These rows are below their own bounds (`row_rounding`). What the others ask for is then of
+    second order in a correction that does not shrink.
+    """
+    rows, bounds = site.system.rounding(site.x, w, site.mu, site.c)
+    below = tuple([a if abs(a) <= EPS * bound else 0 * a for a, bound in zip(rows, bounds)])
+    above = tuple([a - b for a, b in zip(rows, below)])
+    of_below = site.system.correction(site.x, w, site.mu, below, site.c)[1]
+    return site.system.correction(site.x, w, site.mu, above, site.c)[1] <= of_below
 
 
 def hidden(dw, w, here):

@@ -65,7 +65,7 @@ def last_solution(sites):
     return ()
 
 
-def sites_still(sites):
+def sites_still(sites, w):
     """Return True if corrections no longer move x."""
     return sites.a.totals[MOVED] <= unseen(sites.a, sites.c[0])
 
