@@ -296,9 +296,11 @@ class KernelsAtStep:
             return False
         key, halvings = used
         mine, run.c = run.c, self._careful.coefficients(key, self._translates[key], halvings)
-        before = run.index
+        before, state = run.index, run.state.copy()
         self._careful._driven(run, stop, substeps)
         run.c = mine
+        if run.index == before:  # what such a step ran off to is no start for shorter ones
+            run.state[:] = state
         return run.index > before
 
     @cached_property

@@ -3,7 +3,7 @@
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
+from discmech.integrators import BadInput, Scene, Scheme, pair, rules, scenes
 from discmech.integrators.errors import CannotMeasure
 from tests.objects import flow, scheme
 
@@ -44,9 +44,6 @@ def test_constraints_that_fit_nothing_are_said_in_a_sentence(more, said):
 
 
 def test_what_constraints_go_with():
-    with pytest.raises(BadInput, match="has no base"):
-        Scene("bad", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2, v0=[1, 0, 0],
-              holonomic=lambda x, p: [0])  # fmt: skip
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(scenes.get("suslov"), rules.get("gauss-2"))
     light = rules.discretisation(name="light")(lambda L, G, x, u, h: h * L(x, u) / 3)

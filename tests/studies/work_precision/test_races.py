@@ -93,13 +93,11 @@ def test_a_changed_rule_is_raced_with_the_fastest_peers_alone(monkeypatch):
     before = race("harmonic", store=store, **asked)
     assert {case["race"]["run"] for case in before.values()} == {before["LSODA"]["race"]["run"]}
     assert race("harmonic", store=store, **asked) == before
-    text = fingerprint._text_of_rule
-    monkeypatch.setattr(fingerprint, "_text_of_rule", lambda module: text(module) + module[-3:])
+    text = fingerprint._instructions
+    monkeypatch.setattr(fingerprint, "_instructions", lambda f: text(f) + f.__name__)
     again = race("harmonic", store=store, **asked)
     monkeypatch.setattr(
-        fingerprint,
-        "_text_of_rule",
-        lambda module: text(module) + module[-3:] * module.endswith("dal"),
+        fingerprint, "_instructions", lambda f: text(f) + f.__name__ * f.__name__.endswith("dal")
     )
     later = race("harmonic", store=store, **asked)
     assert later["midpoint"]["race"] == before["midpoint"]["race"]
