@@ -59,8 +59,13 @@ def floats_of(evidence: Evidence, wanted: float) -> tuple[Floats, LocalOrder | N
         moved = [evidence.with_rule(observer.rule(value)) for value in values]
         own, changes = _changed(scheme, moved, place, step, digits)
         low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
-        explain, size = _explained(evidence, place, step, own, abs(changes).sum(axis=0), low)
-        lower = _lower(evidence, place, moved, round(wanted))
+        lower, factors = _lower(evidence, place, moved, round(wanted))
+        with mpmath.workdps(digits + GUARD):
+            share = mpmath.mpf(float(step)) / mpmath.mpf(float(place.length))
+            of_order = share ** np.arange(round(wanted) + 1, len(factors) + 1)
+            expected = of_order @ factors[round(wanted) :]
+            bounds = abs(changes).sum(axis=0)
+        explain, size = _explained(evidence, place, step, own, expected, bounds, low)
     except (BadInput, StepFailure):
         return Floats(), None
     size = max(size, float(max(values)) * 2.0**-53)
@@ -72,19 +77,21 @@ def _is_low(component: ComponentOrder, wanted: float) -> bool:
 
 
 def _explained(
-    evidence: Evidence, place: Any, step: Fraction, own: Any, bounds: Sequence[Any], low: set[str]
-) -> tuple[bool, float]:
+    evidence: Evidence, place: Any, step: Fraction, own: Any, expected: Sequence[Any],
+    bounds: Sequence[Any], low: set[str],
+) -> tuple[bool, float]:  # fmt: skip
     """Return (True if the components' errors are within their bounds, the largest relative error).
 
-    low: the components whose order is too low; only their bounds count.
+    expected: what powers of the wanted order and higher ones leave of each. low: the components
+    whose order is too low; only their bounds count.
     """
     size, explain = 0.0, True
     with mpmath.workdps(digits_for(evidence.whole.order or 2) + GUARD):
         starts = [*np.ravel(place.x), *np.ravel(place.mu)]
-        rows = zip(evidence.errors(place, step), own, starts, bounds, strict=True)
-        for (name, gap, _), got, start, bound in rows:
+        rows = zip(evidence.errors(place, step), own, starts, expected, bounds, strict=True)
+        for (name, gap, _), got, start, part, bound in rows:
             off, moved = abs(gap), abs(got - gap - start)
-            explain = explain and (off <= bound or name not in low)
+            explain = explain and (abs(gap - part) <= bound or name not in low)
             if moved:
                 size = max(size, float(off / moved))
     return explain, size
@@ -100,12 +107,15 @@ def _changed(
         return own, np.array([part * (end_of(one, place, step, digits) - own) for one in moved])
 
 
-def _lower(evidence: Evidence, place: Any, moved: Sequence[Any], wanted: int) -> LocalOrder | None:
-    """Return the order below the wanted one that exceeds what the rounding of floats makes.
+def _lower(
+    evidence: Evidence, place: Any, moved: Sequence[Any], wanted: int
+) -> tuple[LocalOrder | None, Any]:
+    """Return (the order below the wanted one that exceeds what the rounding of floats makes; the
+    factors of the powers of the step over the place's length, from the first power on, (k, c)).
 
     An error is a sum of powers of the step, whose factors follow from as many steps, and so is what
-    a moved float changes. None if coefficients that are printed with 14 digits may have that part
-    in every power that is too low.
+    a moved float changes. The first is None if coefficients that are printed with 14 digits may
+    have that part in every power that is too low.
     """
     whole, digits = evidence.whole, digits_for(evidence.whole.order or 2)
     steps = [place.length * PART / 2**k for k in range(wanted + SPARE)]
@@ -115,17 +125,17 @@ def _lower(evidence: Evidence, place: Any, moved: Sequence[Any], wanted: int) ->
         shares = [mpmath.mpf(float(PART)) / 2**k for k in range(len(steps))]
         table = mpmath.matrix([[t ** (j + 1) for j in range(len(steps))] for t in shares])
         powers = np.array((table**-1).tolist())
-        factors, unsure = (abs(of(powers) @ np.array([[each[k] for each in row] for row in rows]))
+        factors, unsure = (of(powers) @ np.array([[each[k] for each in row] for row in rows])
                            for k, of in ((1, np.array), (2, abs)))  # fmt: skip
         of_floats = sum(abs(powers @ change) for change in np.swapaxes(ends, 0, 1))
         bounds = OF_ORDER["floats: printed"] * of_floats + unsure
-        bounds = np.maximum(bounds, LEAST * factors[wanted])
-        beyond = np.array(factors[:wanted] / (bounds[:wanted] + mpmath.eps**2), dtype=float)
+        bounds = np.maximum(bounds, LEAST * abs(factors[wanted]))
+        beyond = np.array(abs(factors[:wanted]) / (bounds[:wanted] + mpmath.eps**2), dtype=float)
     lower = np.flatnonzero((beyond > 1).any(axis=1))
     if not len(lower):
-        return None
+        return None, factors
     name = rows[0][int(beyond[lower[0]].argmax())][0]
-    return LocalOrder(float(lower[0]), name, float(steps[0]), place)
+    return LocalOrder(float(lower[0]), name, float(steps[0]), place), factors
 
 
 def end_of(scheme: Any, place: Any, step: Fraction, digits: int, count: int = 1) -> Any:

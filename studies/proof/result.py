@@ -111,7 +111,10 @@ class Result:
         every = [a.chance or 0.0 for told in (self.classes, *self.laws.values())
                  for a in told.values()]  # fmt: skip
         if max(every, default=0.0):
-            lines.append(f'each "proven" has a chance of {max(every):.0e} at most to be wrong.')
+            lines.append(
+                f'each "proven" has a chance of {max(every):.0e} at most to be wrong, of a rule '
+                "that takes from L, or from H, its values and derivatives alone."
+            )
         lines += self.notes
         if left := [f"{', '.join(e)} (--groupoid {kind})" for kind, e in self.not_asked.items()]:
             lines.append(f"not asked, since they take longer: {'; '.join(left)}.")
