@@ -5,6 +5,7 @@ import re
 
 import pytest
 from matplotlib.mathtext import MathTextParser
+from sympy import sympify
 
 from discmech.integrators import Scheme, rules, scenes
 from discmech.integrators.extensions.expansions import ModifiedEquation
@@ -65,6 +66,20 @@ def test_what_cannot_be_asked_is_said_in_a_sentence(words, said, capsys):
     assert main(["modified", *words.split()]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize(("at", "verdict"), [("1/2", "pass"), (0.5 + 1e-16, "pass"),
+                                             ("1/2 + 1e-7", "fail")])  # fmt: skip
+def test_a_small_term_below_the_order_is_caught(at, verdict):
+    """However small beside the energy's band, but for the last bit of a float."""
+
+    @rules.discretisation(order=2)
+    def beside_the_middle(L, G, x, u, h):
+        return h * L(G.target(x, u, sympify(at) * h), u)
+
+    answer = judge(kept(Scheme(scenes.get("pendulum"), beside_the_middle), 2))
+    assert answer.verdict == verdict
+    assert ("H_2 is not 0" in answer.reason) == (verdict == "fail")
 
 
 def test_a_wrong_term_is_caught(monkeypatch):
