@@ -259,7 +259,10 @@ class StepMap:
         rows = self._errors("values")(x, mu, rounded(w, errors), self._q)[0].error[k:]
         at, momentum = tracked(x).value, tracked(mu).value
         slope = self._value("rows", at, momentum, w, self.q)[1][k:, k:]
-        errors[k:] += inverse_sizes(slope) @ rows
+        try:
+            errors[k:] += inverse_sizes(slope) @ rows
+        except ZeroDivisionError:
+            raise StepNotFound("the derivative of a step's equations is singular.") from None
         return errors
 
     def branch(self, x: Vector, u: Vector) -> Number:

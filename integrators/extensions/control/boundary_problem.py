@@ -355,7 +355,8 @@ def _along_motion(stages: ControlStages, end: End, t: np.ndarray, near: Optimum)
     """Return a start (z, p, v) along an optimum with other steps, by any rule."""
 
     def at(values: np.ndarray, times: np.ndarray = t[1:]) -> np.ndarray:
-        return np.transpose([np.interp(times, near.t, column) for column in values.T])
+        columns = [np.interp(times, near.t, column) for column in values.T]
+        return np.reshape(columns, (len(columns), len(times))).T
 
     path = at(near.x, t)
     *_, (_, _, v) = first_guess(stages, end, t, dict(zip(t, path, strict=True)).__getitem__)

@@ -263,6 +263,12 @@ def test_few_steps_are_enough(steps):
     assert abs(found.x[-1, 0] - 1) < 1e-14 and found.costates[-1, 1] == 0
 
 
+def test_an_optimum_is_a_start_where_there_is_no_base():
+    body = Control(scenes.get("rigid-body").with_values(duration=1), effort, end=(None, [0, 0, 0]))
+    few = body.solve(8)
+    assert body.solve(16, near=few).cost == pytest.approx(few.cost, rel=1e-2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["rigid-body", "damped-pendulum", "kapitza-pendulum", "rotor-body"]
