@@ -46,13 +46,19 @@ ON_PAIRS = ("kepler", "double-pendulum", "charged-particle", "kapitza-pendulum",
 PLAIN = ("kepler", "pendulum", "henon-heiles", "spring-pendulum")
 #: seconds of processor time for what is proven of a rule, which docs/studies/verify.md promises
 BUDGET = 10
-#: the rules for a file with scenes but no rule
-RULES = ("midpoint", "trapezoidal")
+#: the rules for a file with scenes but no rule, and those for one-forms, to which others add modes
+RULES, OF_ONE_FORMS = ("midpoint", "trapezoidal"), ("projected-gauss-1", "degenerate-gauss-1")
 
 
 def studies() -> tuple[str, ...]:
     """Return the studies that judge a rule; studies of run times must be named."""
     return tuple(name for name in NAMES if not get(name).alone)
+
+
+def _rules_for(own: Sequence[Scene]) -> tuple[str, ...]:
+    """Return the rules for scenes that come without one."""
+    of_forms = bool(own) and all(getattr(e, "one_form", None) is not None for e in own)
+    return OF_ONE_FORMS if of_forms else RULES
 
 
 @dataclass(frozen=True)
@@ -87,8 +93,8 @@ class Request:
         of_rules = [word for word, (own, _) in asked if own]
         if not of_rules and (lost := lookup.refused_in([word for word, _ in asked])):
             raise BadInput(" ".join(lost))  # it may be the rule that is meant
-        of_rules = of_rules or [*RULES]
         of_scenes = scenes or [word for word, (_, own) in asked if own]
+        of_rules = of_rules or [*_rules_for([e for _, (_, own) in asked for e in own])]
         if self.vary is None:
             return lookup.scenes_of(of_scenes), lookup.rules(of_rules)
         return lookup.varied(of_scenes, of_rules, *self.vary)
@@ -110,7 +116,7 @@ class Request:
         elif self.every_scene:
             chosen = (*own, *scenes.all_scenes())
         else:  # a file with scenes alone asks about these
-            alone = own and rules == lookup.rules(RULES)
+            alone = own and rules == lookup.rules(_rules_for(own))
             others = [rule for rule in rules if not rule.is_recorded]
             usual = usual_scenes(others, self.together) if others else ()
             candidates = dict.fromkeys((*own, *scenes_recorded(rules), *usual))

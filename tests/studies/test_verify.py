@@ -75,6 +75,10 @@ def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
     assert chosen(files=("good.py",)) == (list(SCENES), ["two-thirds"])
     assert chosen(files=("both.py",)) == (["my-pendulum", *SCENES], ["two-thirds"])
     assert chosen(files=("scene.py",)) == (["my-pendulum"], ["midpoint", "trapezoidal"])
+    form = "one_form=lambda x, p: [x[1], 0], hamiltonian=lambda x, p: x[0] * x[1]"
+    text = f'from discmech import Scene, pair\nlv = Scene("lv", pair(2), x0=[1, 2], {form})\n'
+    (folder / "form.py").write_text(text)
+    assert chosen(files=("form.py",)) == (["lv"], ["projected-gauss-1", "degenerate-gauss-1"])
     assert chosen(files=("good.py",), scenes=("scene.py:my-pendulum",))[0] == ["my-pendulum"]
     assert len(chosen(files=("both.py",), every_scene=True)[0]) == 1 + len(scenes.names())
 
