@@ -301,19 +301,29 @@ def _from(statements: list[ast.stmt], line: int) -> list[ast.stmt]:
 
 def _makes(statement: ast.stmt) -> bool:
     """True for a definition, and for a variable with the result of a call, or a list of such."""
-    value = getattr(statement, "value", None)
     return isinstance(statement, ast.FunctionDef | ast.ClassDef) or any(
-        isinstance(each, ast.Call) for each in getattr(value, "elts", [value])
+        isinstance(each, ast.Call) for each in _columns(statement)[-1]
     )
 
 
+def _columns(statement: ast.stmt) -> list[list[Any]]:
+    """Return the entries of the list that a statement assigns, or keys and values, or its value."""
+    value: Any = getattr(statement, "value", None)
+    if isinstance(value, ast.Dict):
+        return [value.keys, value.values]
+    return [getattr(value, "elts", [value])]
+
+
 def _take_entry(statement: ast.stmt, place: tuple[int, int]) -> bool:
-    """Take out of the list that a statement assigns the entry at that line and column, if any."""
-    entries = getattr(getattr(statement, "value", None), "elts", [])
-    for entry in entries:
+    """Take out of the list or dict that a statement assigns the entry at that place, if any."""
+    value, columns = getattr(statement, "value", None), _columns(statement)
+    for k, entry in enumerate(columns[-1]):
+        if entry is value:
+            return False
         end = entry.end_lineno, entry.end_col_offset
         if (entry.lineno, entry.col_offset) <= place < end:
-            entries.remove(entry)
+            for column in columns:
+                del column[k]
             return True
     return False
 

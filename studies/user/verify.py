@@ -14,7 +14,7 @@ from hashlib import sha256
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
-from discmech.integrators.errors import nearest, shown
+from discmech.integrators.errors import nearest, shown, unknown
 from discmech.integrators.scene import Opaque
 
 from .. import NAMES, get
@@ -112,26 +112,18 @@ class Request:
         """Return the choice in objects; raises `BadInput` for unknown names and wrong files."""
         own, rules = self._objects(())
         if self.scenes:
-            chosen = self._objects(self.scenes)[0]
-        elif self.every_scene:
-            chosen = (*own, *scenes.all_scenes())
-        else:  # a file with scenes alone asks about these
-            alone = own and rules == lookup.rules(_rules_for(own))
+            chosen, not_meant = self._objects(self.scenes)[0], tuple[tuple[str, str], ...]()
+        else:
+            asked = lookup.answers(rules, partial(_scenes_recorded, own=own), _is_recorded)
+            rules, recorded = tuple(rule for rule, _ in asked), [s for _, of in asked for s in of]
             others = [rule for rule in rules if not rule.is_recorded]
             usual = usual_scenes(others, self.together) if others else ()
-            candidates = dict.fromkeys((*own, *scenes_recorded(rules), *usual))
-            chosen = own if alone else tuple(candidates)
-        not_meant = () if self.scenes else tuple(
-            (scene.name, rule.name) for rule in rules for scene in chosen
-            if rule.is_recorded and scene not in scenes_recorded([rule], own)
-        )  # fmt: skip
-        if not chosen:
-            raise BadInput(
-                f"{rules[0].name}: no scene of discmech or of the file begins at the state at "
-                "which these runs begin; name their scene by --scene, or by recorded(..., "
-                'scene="pendulum"). If there is none, discmech.studies.own_order compares the runs '
-                "with one another."
-            )
+            chosen = (*own, *scenes.all_scenes()) if self.every_scene else own
+            if not (self.every_scene or (own and rules == lookup.rules(_rules_for(own)))):
+                # a file with scenes alone asks about these
+                chosen = tuple(dict.fromkeys((*own, *recorded, *usual)))
+            not_meant = tuple((scene.name, rule.name) for rule, of in asked for scene in chosen
+                              if rule.is_recorded and scene not in of)  # fmt: skip
         return Choice(
             scenes=chosen,
             rules=rules,
@@ -147,20 +139,31 @@ class Request:
         )
 
 
-def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) -> list[Scene]:
-    """Return the scenes of recorded runs.
+def _is_recorded(rule: Discretisation) -> bool:
+    return rule.is_recorded
 
-    They are the named ones, or else those, built in or the user's own, that begin at the same
-    state.
+
+def _scenes_recorded(rule: Discretisation, own: Sequence[Scene]) -> list[Scene]:
+    """Return the scenes of recorded runs; none of a rule.
+
+    They are those of the name that the runs give, or else those, built in or the user's own, that
+    begin at the same state. Raises `BadInput` if there is none, or the runs cannot be its own.
     """
-    matches: list[Scene] = []
-    for rule in rules:
-        if rule.is_recorded:
-            runs: Any = rule
-            known = [*own, *scenes.all_scenes()]
-            matches += [
-                s for s in known if (s.name == runs.scene if runs.scene else runs.begins_at(s))
-            ]
+    if not rule.is_recorded:
+        return []
+    runs: Any = rule
+    known = [*own, *scenes.all_scenes()]
+    matches = [s for s in known if (s.name == runs.scene if runs.scene else runs.begins_at(s))]
+    if runs.scene and not matches:
+        raise BadInput(f"{rule.name}: {unknown('scene', runs.scene, [s.name for s in known])}")
+    if matches and not any(map(rule.applies, matches)):
+        raise BadInput(f"{rule.name}: {rule.refusal(matches[0])}")
+    if not matches:
+        raise BadInput(
+            f"{rule.name}: no scene of discmech or of the file begins at the state at which these "
+            'runs begin; name their scene by --scene, or by recorded(..., scene="pendulum"). If '
+            "there is none, discmech.studies.own_order compares the runs with one another."
+        )
     return matches
 
 

@@ -229,6 +229,12 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
     words = ["verify", f"{tmp_path.name}/mine.py", "--study", "order", "--jobs", "1"]
     assert main(words) == 0
     assert "pendulum, runs," in capsys.readouterr().out
+    for scene, said in (("nothing", 'no scene "nothing"'), ("kepler", "kepler has 2 and 2")):
+        odd = f'odd = recorded("*.npz", order=2, scene="{scene}")\n'
+        tmp_path.joinpath("mine.py").write_text(FILE + odd)
+        assert main(words) == 2
+        told = capsys.readouterr()
+        assert "pendulum, runs," in told.out and said in told.err
     save(tmp_path, x0=[1.0])
     tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
     assert main(words) == 2

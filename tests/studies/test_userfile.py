@@ -177,10 +177,12 @@ def test_a_step_that_reads_what_could_not_be_made_is_refused_with_the_line_that_
         lookup.rules([f"{name}:step"])
 
 
-def test_an_entry_of_a_list_that_cannot_be_made_blocks_no_other(file):
+@pytest.mark.parametrize("entries", ["[made(0), made(1), made(None)]",
+                                     "{'a': made(0), 'b': made(1), 'c': made(None)}"])  # fmt: skip
+def test_an_entry_that_cannot_be_made_blocks_no_other(file, entries):
     made = "x0=[2] if k else [1 / 0] if k is None else [2, 3]"
     text = SCENE.replace("mine =", "def made(k):\n    return").replace("x0=[2]", made)
-    name = file(text + "SCENES = [made(0), made(1), made(None)]\nlast = made(None)\n" + RULE)
+    name = file(text + f"SCENES = {entries}\nlast = made(None)\n" + RULE)
     for ask in (name, f"{name}:SCENES"):
         assert len(lookup.scenes_of([ask])) == 1
         first, second, *_ = lookup.left_out()
