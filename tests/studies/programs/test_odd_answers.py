@@ -61,7 +61,7 @@ def test_no_program_passes_whose_single_steps_are_unknown_or_others(what, tmp_pa
     told = json.loads(strict_json(judged("order", "pendulum", program, causes=False)))
     program.formula.program.close(0.0)
     assert told["verdict"] == wanted, told["reason"]
-    assert bool(told["reason"]) is (wanted != "pass")
+    assert wanted == "pass" or told["reason"]
 
 
 @black_box(order=2, symplectic=True, keeps=("momentum",))
