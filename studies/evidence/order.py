@@ -109,7 +109,7 @@ def digits_for(order: int) -> int:
 def local_order(
     scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place] = ()
 ) -> LocalOrder:
-    """Return the lowest order of two steps from each place.
+    """Return the lowest order of two steps from each place, where the largest error tells one.
 
     Of D digits, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion; the ratio of the steps is drawn from
     the seed. along: places from which one step is made, and measured again where its error differs
@@ -136,9 +136,12 @@ def local_order(
             # at rest under constraints u is the round-off of x over h
             except StepFailure as failure:
                 missed, here = failure, []
-            if not here or (all(c.order is None for c in here) and part != SMALL[-1]):
+            largest = max(here, key=lambda c: c.error, default=None)
+            told = largest is not None and (largest.order is not None or part == SMALL[-1])
+            if not told:
                 left.append(place)
-            else:
+            # a lower power that shows already may be too small a part of an error at longer steps
+            if here := [c for c in here if told or c.order is not None]:
                 components += here
                 shown = shown or flows
         pending = left
