@@ -187,7 +187,8 @@ def step_errors(
 ) -> list[StepError]:  # fmt: skip
     """Return (component, error of `count` steps from a place, bound of round-off), in mpmath.
 
-    slopes: for a program |∂fⱼ/∂zᵢ|, rows j; none for a formula.
+    slopes: for a program |∂fⱼ/∂zᵢ|, rows j; none for a formula. Steps of a run over a short time
+    add nearly the same to nearly the same numbers, and so are rounded alike: by `count` roundings.
     """
     with mpmath.workdps(flow.digits + GUARD):
         run = flow.trajectory(count, every=count, **place.start)
@@ -196,7 +197,7 @@ def step_errors(
         own = _round_off(flow, place)
         if slopes is not None:
             rates = slopes @ np.array([abs(float(e)) for e in (*place.x, *place.mu)])
-            unit, time = 2 * scheme.rule.unit(flow.digits), abs(float(flow.step)) * count
+            unit, time = 2 * scheme.rule.unit(flow.digits) * count, abs(float(flow.step)) * count
             own = [a + unit * (abs(b) + time * rate)
                    for a, b, rate in zip(own, got, rates, strict=True)]  # fmt: skip
         names = names_of(exact)
