@@ -143,6 +143,7 @@ _REMEDIES = (
     (r"Cannot convert expression to float|must be real number",
      "write it with sympy functions, such as sympy.cos in place of math.cos"),
     ("truth value", "symbols answer no if, sign or maximum: write one smooth formula"),
+    (r"operand type\(s\) for \^", "a power is ** in Python, as in v[0]**2"),
     ("SimpleNamespace.* not subscriptable", "the parameters are p, and one of them is p.name"),
     ("SimpleNamespace",
      "the third argument is p, the parameters, one of them p.name; the time is a fourth, t"),
@@ -154,13 +155,15 @@ _REMEDIES = (
     (r"Matrix size mismatch: \(\d+, 1\) \+ ",
      "where x and u are not of one size (x ends with the time, if there is one), a point is no sum "
      'of them: write G.target(x, u, h/2), or say @discretisation(groupoids="pair")'),
+    (r"'MutableDenseMatrix'|NonSquareMatrix|mismatch: \(\d+, 1\) \* ",
+     "points and velocities are columns: take an entry, as in sympy.cos(x[0]), or v.dot(v)"),
 )  # fmt: skip
 
 
 def remedy(error: BaseException) -> str:
     """Return the fix for an error that a user's function raised when called with symbols."""
     for pattern, words in _REMEDIES:
-        if match := re.search(pattern, str(error)):
+        if match := re.search(pattern, f"{type(error).__name__}: {error}"):
             return match.expand(words)
     return "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
 

@@ -68,6 +68,7 @@ def check_letters(of: DiscreteLagrangian, rule: Discretisation) -> None:
 def check_known(symbols: set[Letter], s: SceneSymbols, rule: Discretisation) -> None:
     """Raise `BadInput` if one of the symbols of L_d is not among x, u and parameters."""
     if unknown := symbols - {*s.x, *s.u, *s.q}:
+        s.refuse_unknown_of_lagrangian()
         raise BadInput(
             f"{named(s.name, rule)}: the discrete Lagrangian holds the unknown symbol "
             f"{min(map(str, unknown))}; write it with x, u, h, parameters."

@@ -292,6 +292,13 @@ class SceneSymbols:
             self.refuse_attitude(self._lagrangian, "its Lagrangian", *rest)
         return self.lagrangian_at(self.x, self.u)
 
+    def refuse_unknown_of_lagrangian(self) -> None:
+        """Raise `BadInput` if the scene's Lagrangian, where it gives one, has unknown letters."""
+        if self._lagrangian is not None:
+            entries, known = column([self.lagrangian]), {*self.x, *self.u}
+            words = "x, v, p and t"
+            self.refuse_unknown(entries, known, "its Lagrangian", self._lagrangian, words)
+
     @cached_property
     def hamiltonian(self) -> Expression | None:
         """H(x, μ) if the scene gives it; None if it gives a Lagrangian.

@@ -178,6 +178,10 @@ CASES = {
     "numpy": (lambda: with_lagrangian(lambda x, v, p: np.cos(x[0]) * v[0] ** 2),
               "could not be evaluated .* sympy functions: sympy.cos, not numpy's"),
     "index": (lambda: with_lagrangian(lambda x, v, p: v[1]), "IndexError.*; fix it"),
+    "a column": (lambda: with_lagrangian(lambda x, v, p: v**2 + sympy.cos(x)), "take an entry"),
+    "a column's square": (
+        lambda: Scheme(plane(lagrangian=lambda x, v, p: v**2), midpoint), "take an entry"),
+    "a caret": (lambda: with_lagrangian(lambda x, v, p: v[0] ^ 2), r"a power is \*\* in Python"),
     "math": (lambda: with_lagrangian(lambda x, v, p: math.cos(x[0])), "such as sympy.cos"),
     "an if": (lambda: with_lagrangian(lambda x, v, p: v[0] if x[0] > 0 else 0), "one smooth form"),
     "arguments": (lambda: with_lagrangian(lambda x, v: v[0]),
@@ -236,11 +240,11 @@ CASES = {
     "a vector": (lambda: Scheme(plane(lagrangian=lambda x, v, p: v), midpoint),
                  r"its Lagrangian is a matrix \(2, 1\), not a number"),
     "a strange symbol": (lambda: with_lagrangian(lambda x, v, p: sympy.Symbol("m") * v[0]),
-                         "bad with midpoint: .* unknown symbol m"),
+                         r"line \d+: bad: its Lagrangian holds the unknown symbol m; write"),
     "a symbol that a rule's constants have": (
         lambda: Scheme(plain(lagrangian=lambda x, v, p: (
             v[0] ** 2 / 2 - sympy.Symbol("gn0", real=True) * x[0] ** 4)), rule_called("gauss-3")),
-        "bad with gauss-3: .* unknown symbol gn0"),
+        "bad: its Lagrangian holds the unknown symbol gn0"),
     **{f"Lagrangian that is {name}": (
         lambda bad=bad: with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + bad * x[0]),
         r"line \d+: bad: its Lagrangian is not finite and real: write it without a division by 0")
