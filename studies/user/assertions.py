@@ -309,6 +309,7 @@ def _alone(result: AnyResult) -> StudyResult:
 def _picture(result: AnyResult, folder: Path | None) -> Path | None:
     """Return the study's figure of this case as a PNG file, or None if it has none."""
     from ..report.figures import plates
+    from ..report.tables import file_name
 
     if not result.data:
         return None
@@ -317,7 +318,6 @@ def _picture(result: AnyResult, folder: Path | None) -> Path | None:
         return None
     folder = folder or Path(tempfile.mkdtemp(prefix="discmech-"))
     folder.mkdir(parents=True, exist_ok=True)
-    rule = str(result.rule).replace(":", "-")
-    path = folder / f"{result.study}-{result.scene}-{rule}.png"
+    path = folder / f"{file_name(f'{result.study}-{result.scene}-{result.rule}')}.png"
     path.write_bytes(drawn[0].drawing.png)
     return path
