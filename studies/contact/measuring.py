@@ -18,6 +18,7 @@ from discmech.integrators.runs import run as run_of
 from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.fingerprint import own_name
 from ..core.fitting import orders_between
 from ..core.single_steps import SingleSteps
 from ..evidence.laws import FORM
@@ -64,7 +65,7 @@ def cases(choice: Choice) -> list[Case]:
         return all_cases
     rule = (choice.rules or tuple(map(discretisations.get, RULES)))[0]
     for control in choice.controls or CONTROLS:
-        own = [s for s in chosen if s.name == CONTROLS[control][0]]
+        own = [s for s in chosen if own_name(s) == CONTROLS[control][0]]
         all_cases += [Case(NAME, scene, rule, digits, choice.steps, control)
                       for scene in own for digits in choice.digits or DIGITS]  # fmt: skip
     if choice.controls and not all_cases:

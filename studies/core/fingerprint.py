@@ -183,6 +183,11 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     return base.is_formula and str(formula.__module__).startswith("discmech.integrators.")
 
 
+def own_name(scene: Any) -> str:
+    """Return the name of a scene or lattice of the bench; "" for any other, whatever its name."""
+    return str(scene.name) if is_ours(scene) else ""
+
+
 # -- our own text ---------------------------------------------------------------------------------
 
 

@@ -16,11 +16,12 @@ from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, silent
+from ..core.fingerprint import own_name
 from ..systems.runs import energy_with_terms, relative_drifts
 from .edges import EXTREMES, Extreme
 
 NAME = "extremes"
-NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
+NEEDS = f"it needs one of the bench's own scenes {', '.join(EXTREMES)}."
 DIGITS = (16,)
 # hω where the step resolves the motion, and where it does not
 FINE, COARSE = Fraction(1, 10), Fraction(5)
@@ -49,7 +50,7 @@ def cases(choice: Choice) -> list[Case]:
     if choice.digits and 16 not in choice.digits:
         return []
     for scene in choice.scenes:
-        names = [extreme.name for extreme in EXTREMES.get(scene.name, ())]
+        names = [extreme.name for extreme in EXTREMES.get(own_name(scene), ())]
         for name in choice.asked("extreme", ()) if names else ():
             if name not in names:
                 shown = ", ".join(f'"{word}"' for word in names)
@@ -57,7 +58,7 @@ def cases(choice: Choice) -> list[Case]:
     return [
         ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
         for scene, rule in choice.pairs()
-        for extreme in EXTREMES.get(scene.name, ())
+        for extreme in EXTREMES.get(own_name(scene), ())
         if extreme.name in choice.asked("extreme", (extreme.name,))
     ]
 
@@ -91,6 +92,7 @@ def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> d
     row: dict[str, Any] = {"z": float(z), "step": float(step),
                            "steps": steps, "error": None, "estimate": None, "energy": None,
                            "noticed": "", "message": ""}  # fmt: skip
+    derived.scene.with_values(**extreme.values)  # what it refuses is an error, and no sign
     try:
         scheme = derived.at(**extreme.values)
         ends = []

@@ -19,6 +19,7 @@ from discmech.integrators import Scheme
 from discmech.integrators.extensions.lattices import Lattice, LatticeRun
 
 from ..core.clocks import fine_clock
+from ..core.fingerprint import own_name
 from ..core.fitting import fit_line
 
 SIZES = (100, 1_000, 10_000, 100_000)
@@ -57,7 +58,7 @@ class _Timed:
     """Some steps of a lattice, and the least seconds of a step: of ours, and of C."""
 
     def __init__(self, lattice: Lattice, rule: Any) -> None:
-        known_in_c = lattice.name == "fput" and rule.name in IN_C
+        known_in_c = own_name(lattice) == "fput" and rule.name in IN_C
         flow: Any = Scheme(lattice, rule).flow(C_STEP if known_in_c else lattice.step)
         flow.kernels  # noqa: B018 - compiled before the clock runs
         self.flow, self.sites, self.advance, self.steps = flow, lattice.sites, _steps_of(flow), 2

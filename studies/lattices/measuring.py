@@ -12,6 +12,7 @@ from discmech.integrators.extensions.lattices import DualStep, poisson_defect, s
 from discmech.integrators.extensions.lattices import scenes as systems
 
 from ..core.case import Case, Choice, Progress, lattice_cases, silent
+from ..core.fingerprint import own_name
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules
 from ..evidence.measuring import single_steps
 from ..systems import system_of
@@ -45,7 +46,7 @@ def cases(choice: Choice) -> list[Case]:
         return all_cases
     for control in choice.controls or CONTROLS:
         name, rule, _ = CONTROLS[control]
-        if any(lattice.name == name for lattice in chosen):
+        if name in map(own_name, chosen):
             scene: Any = systems.get(name)
             all_cases.append(
                 Case(NAME, scene, discretisations.get(rule), 16, choice.steps, control)

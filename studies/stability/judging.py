@@ -8,6 +8,7 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
+from ..core.fingerprint import own_name
 from ..core.records import decoded
 from . import exchange
 from .limits import LIMITS
@@ -33,10 +34,11 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_linear(case, measured)
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
         return _judge_ends(record.rows) or Verdict("pass", "", {"not_demanded": reason})
-    own = case.scene.name not in FAMILIES
+    family = FAMILIES.get(own_name(case.scene))
+    own = family is None
     if own and (verdict := _judge_own(measured)) is not None:
         return verdict
-    bound = None if own else FAMILIES[case.scene.name].held
+    bound = family and family.held
     # a run of the scene's own motion is held to the fastest rate of that motion
     slower = (measured.frequency or 1.0) / (measured.fastest or 1.0) if own else 1.0
     most = LIMITS["resolved"] * (1 + 1e-9) * min(1.0, slower)

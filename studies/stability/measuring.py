@@ -15,6 +15,7 @@ from discmech.integrators.rules import Discretisation
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, scheme_of, silent
+from ..core.fingerprint import own_name
 from . import EULER, RUNGE_KUTTA, exchange, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import Oscillator
@@ -50,13 +51,13 @@ def cases(choice: Choice) -> list[Case]:
     all_cases = []
     for scene in choice.scenes or scenes.all_scenes():
         by_name = choice.asked("by_name", True)  # True unless `verify` asks for all studies
-        asked = by_name and scene in choice.scenes
+        asked, name = by_name and scene in choice.scenes, own_name(scene)
         for rule in rules if not choice.controls else ():
             # the oscillator of a rule that splits is only fast
-            own = scene.name in FAMILIES or (asked and judged_here(scene))
-            if scene.name == LINEAR or (own and rule.applies(scene)):
+            own = name in FAMILIES or (asked and judged_here(scene))
+            if name == LINEAR or (own and rule.applies(scene)):
                 all_cases.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
-        for control in CONTROLS.get(scene.name, ()):
+        for control in CONTROLS.get(name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
                 words = (16, choice.steps, control, choice.thorough)
                 all_cases.append(Case(NAME, scene, midpoint, *words))
@@ -65,7 +66,7 @@ def cases(choice: Choice) -> list[Case]:
 
 def rules_beside(case: Case) -> list[Discretisation]:
     """Return the rules that the exchange of energy is compared with."""
-    family = FAMILIES.get(case.scene.name)
+    family = FAMILIES.get(own_name(case.scene))
     return [exchange.reference_rule()] if family is not None and family.adiabatic else []
 
 
@@ -74,9 +75,9 @@ def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
 
     On a user's own scene it returns both (`measure_own`).
     """
-    if case.scene.name == LINEAR:
+    if (name := own_name(case.scene)) == LINEAR:
         return measure_linear(case, progress)
-    return (measure_map if case.scene.name in FAMILIES else measure_own)(case, progress)
+    return (measure_map if name in FAMILIES else measure_own)(case, progress)
 
 
 def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:

@@ -19,6 +19,7 @@ from discmech.integrators.rules import get
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.fingerprint import own_name
 from ..core.fitting import orders_between
 from ..core.records import encoded
 from ..core.single_steps import SingleSteps
@@ -72,7 +73,7 @@ def cases(choice: Choice) -> list[Case]:
     return sound_cases + [
         Case(NAME, scene, naive, 16, choice.steps, CONTROL_NAME)
         for scene in named
-        if scene.name == CONTROL_SCENE
+        if own_name(scene) == CONTROL_SCENE
     ]
 
 

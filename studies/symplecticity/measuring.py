@@ -22,6 +22,7 @@ from discmech.integrators.flows import form_change_defects, restricted_form_defe
 from ..core import controls
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
 from ..core.family import KEPT
+from ..core.fingerprint import own_name
 from ..evidence.laws import FORM
 from ..evidence.measuring import single_steps
 from ..systems import system_of
@@ -60,7 +61,7 @@ def cases(choice: Choice) -> list[Case]:
         # the sign of a bracket matters only beside an anchor
         if control != controls.FLIPPED or scene.groupoid.kind in ("action", "product")
     ]  # fmt: skip
-    chosen = [scene.name for scene in choice.scenes] or CONTROL_SCENES
+    chosen = [*map(own_name, choice.scenes)] or CONTROL_SCENES
     here = [] if choice.rules else [place for place in places if place[0].name in chosen]
     if choice.controls and not here:
         names = dict.fromkeys(scene.name for scene, _ in places)

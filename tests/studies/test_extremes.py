@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 from sympy import Rational
 
-from discmech.integrators import discretisation, midpoint, scenes, trapezoidal
+from discmech.integrators import BadInput, discretisation, midpoint, scenes, trapezoidal
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.extremes.edges import EXTREMES, Extreme
@@ -91,6 +91,12 @@ def test_a_rule_for_another_problem_is_silent_and_fails():
     choice = Choice(scenes=(scenes.get("pendulum"),), rules=(hasty,), own=own)
     (case,) = run_study(get("extremes"), choice)["cases"]
     assert case["verdict"] == "fail" and "nor the energy tell" in case["reason"]
+
+
+def test_an_extreme_that_no_scene_has_is_no_sign():
+    strange = Extreme("strange", {"parameters": {"moon": 1}}, 1.0)
+    with pytest.raises(BadInput, match="pendulum has no parameter 'moon'"):
+        one_extreme(scheme_of(scenes.get("pendulum"), midpoint), strange, FINE, 1)
 
 
 def test_what_stops_says_where_and_why():

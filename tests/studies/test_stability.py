@@ -229,7 +229,8 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
 
 def test_what_a_steady_turn_or_a_chaotic_run_meets_is_not_failed():
     """An eigenvalue off the circle fails at rest alone, and Newton's failure on a stiff family."""
-    (of,) = get("stability").cases(Choice((scenes.get("heavy-top"),), (midpoint,)))
+    top = scenes.get("heavy-top").with_values(name="kepler")  # by its name alone of a family
+    (of,) = get("stability").cases(Choice((top,), (midpoint,)))
     away = {"stable_to": 0.1, "runs": True}
     row = Row(z=0.3, stiffness=1.0, outcome="Newton failed")
     for numbers, rows, verdict in (

@@ -285,6 +285,23 @@ def test_the_worst_verdict_counts(verdicts, wanted):
     assert worst(verdicts) == wanted
 
 
+@pytest.mark.parametrize("study", NAMES)
+def test_a_name_makes_no_scene_of_a_user_ours(study):
+    """Under the name of one of ours it has the cases that it has under its own name."""
+
+    def asked(scene, name):
+        of_user = scene.with_values(name=name, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p))
+        cases = get(study).cases(Choice(scenes=(of_user,)))
+        return [(case.label, case.digits, case.control) for case in cases]
+
+    # those of the studies' own tables: families, extremes, controls
+    for name in ("harmonic", "pendulum", "kepler", "fpu", "spring-pendulum", "charged-particle",
+                 "rigid-body", "lagrange-top", "heavy-top", "rotor-body", "beads", "sliding-block",
+                 "bouncing-ball"):  # fmt: skip
+        scene = scenes.get(name)
+        assert asked(scene, name) == asked(scene, "mine"), name
+
+
 @pytest.mark.parametrize("steps", [None, 32])
 @pytest.mark.parametrize("study", NAMES)
 def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
