@@ -3,6 +3,7 @@
 from fractions import Fraction
 from types import SimpleNamespace
 
+from discmech.integrators import scenes
 from discmech.studies.stability import measuring as stability
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
@@ -38,10 +39,10 @@ def test_a_steady_turn_may_move_to_an_unstable_one():
 def cells(name, *rows, control=None, **measured):
     rows = [dict(zip(("class", "z", "stiffness"), row, strict=True)) for row in rows]
     classes = {row["class"]: 1 for row in rows}
-    return judged(
-        "stability", case(control=control, scene={"name": name}), kind="map", rows=rows,
-        label="ω", measured={"classes": classes} | measured,
-    )  # fmt: skip
+    of = case(control=control)
+    of.scene = scenes.get("fpu" if name == "mine" else name).with_values(name=name)
+    return judged("stability", of, kind="map", rows=rows, label="ω",
+                  measured={"classes": classes} | measured)  # fmt: skip
 
 
 def test_a_resolved_motion_is_bounded():
