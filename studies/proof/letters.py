@@ -128,7 +128,7 @@ class _AnyLagrangian:
 def _without_formula(name: str) -> Any:
     """Return a function of which nothing is known; who looks for its terms gets an error."""
     function = sympy.Function(f"{name} of a proof", real=True)
-    for asked in ("_eval_expand_basic", "coeff", "as_poly"):
+    for asked in ("_eval_expand_basic", "coeff", "as_poly", "has", "find", "is_polynomial"):
         setattr(function, asked, _no_terms)
     return function
 

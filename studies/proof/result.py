@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..core.outcome import said_of_law
 
 WORDS = {True: "proven", False: "disproven", None: "not decided"}
+
+
+def _least(answers: Iterable[bool | None]) -> bool | None:
+    """Return False if one is False, else None if one is None."""
+    told = {*answers}
+    return False if False in told else None if None in told else True
 
 
 @dataclass(frozen=True)
@@ -70,13 +76,18 @@ class Result:
 
         A law that is claimed has to be proven of one class at least, and disproven of none.
         """
+        return _least(self._parts.values())
+
+    @property
+    def _parts(self) -> dict[str, bool | None]:
+        """For the order and each law that is claimed, whether it is proven."""
         told = [answer.proven for answer in self.classes.values()]
-        claims = [{answer.proven for answer in self.laws[law].values()}
-                  for law in self.claimed if law in self.laws]  # fmt: skip
-        if False in told or any(False in answers for answers in claims):
-            return False
-        decided = all(True in answers for answers in claims)
-        return None if None in told or not told or not decided else True
+        parts = {f"order {self.order}": _least(told) if told else None}
+        for law in self.claimed:
+            if law in self.laws:
+                answers = {answer.proven for answer in self.laws[law].values()}
+                parts[law] = False if False in answers else True in answers or None
+        return parts
 
     @property
     def verdict(self) -> str:
@@ -96,7 +107,9 @@ class Result:
 
     def text(self) -> str:
         """Return it as lines for a terminal."""
-        lines = [f"{self.rule}: order {self.order} {self.verdict}"] if self.order else [self.rule]
+        told = [f"{part} {WORDS[answer]}" for i, (part, answer) in enumerate(self._parts.items())
+                if not (i and answer)]  # fmt: skip
+        lines = [f"{self.rule}: {', '.join(told)}"] if self.order else [self.rule]
         width = max(map(len, self.classes), default=0)
         for name, a in self.classes.items():
             order = "" if a.order is None else f"order {'≥ ' * a.at_least}{a.order}"

@@ -580,6 +580,7 @@ HIDDEN = {
     "far velocities": midpoint_with(lambda L, G, x, u, h: h**2 * far(lambda c: L(x, c * u))),
     "far places": midpoint_with(
         lambda L, G, x, u, h: h**2 * far(lambda c: L(G.target(x, c * u, 1), u))),
+    "a cosine": midpoint_with(lambda L, G, x, u, h: h**2 * int(L(x, u).has(sympy.cos))),
     "a coefficient": midpoint_with(
         lambda L, G, x, u, h: (h * u[0]) ** 2 * L(x, u).expand().coeff(x[0], 9)),
     "a parameter": midpoint_with(lambda L, G, x, u, h: 0 * L.parameters.c[0]),
