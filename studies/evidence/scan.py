@@ -113,9 +113,9 @@ def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
 
 def peaks_of(rows: Matrix, step: Fraction, unit: float) -> Iterator[Peak]:
     """Yield the differences that stand out in rows of a run, (r, k), over ever more of them."""
-    sizes = np.abs(rows).max(axis=0)
-    if not np.isfinite(rows).all() or not sizes.any():
+    if not rows.any() or not np.isfinite(rows).all():
         return
+    sizes = np.abs(rows).max(axis=0)
     rows = rows / np.where(sizes > 0, sizes, 1)
     apart = 1
     while apart <= WIDEST and (ORDER + 2 * NEARBY) * apart < len(rows):

@@ -168,7 +168,7 @@ def _jumps(case: Case, record: FoundOfNumbers) -> Verdict | None:
     Steps smaller than what is no defect (`resolved`) count as none. By a large one the images of
     the two sides are far apart, and may be those of no others.
     """
-    left = decisive(record.rows).left or 0.0
+    left = decisive(record.rows).left or 0.0 if record.jumps else 0.0
     for jump in record.jumps:
         if jump.size <= resolved(case) * left or not (jump.across or 0.0) > LIMITS["jump across"]:
             continue
