@@ -30,6 +30,7 @@ from ..numbers import (
     tracked_later,
     with_running_errors,
 )
+from ..numbers.newton import MOST
 from ..numbers.types import Array, Function, Matrix, Number, Numbers, Vector
 from .map_texts import text_in
 
@@ -94,13 +95,23 @@ class StepMap:
         `StepNotFound` if Newton diverges.
         """
 
+        places = list[Vector]()
+
         def change(w: Vector) -> Vector:
+            places.append(w)
             rows, slope = self._value("rows", x, mu, w, self.q)
             return self.along_group(x, w, -np.asarray(self.numbers.solve(slope, rows)))
 
+        def solved_from(near: Vector) -> Vector | None:
+            return newton(change, near, self._round_off(x, mu, near), self.numbers.eps)
+
         def solved() -> Vector:
-            scale = self._round_off(x, mu, start)
-            w = newton(change, start, scale, self.numbers.eps)
+            w = solved_from(start)
+            if w is None and len(places) == MOST:
+                # terms that are 0 at the start have no round-off there; once more from what follows
+                # to see that this was round-off of the solution, not of a place farther off
+                w = solved_from(places[-1])
+                w = None if w is None else solved_from(w)
             if w is None:
                 raise StepNotFound("Newton did not find a step again that a run has taken.")
             w.flags.writeable = False
