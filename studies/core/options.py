@@ -118,7 +118,7 @@ def values_of(text: str) -> tuple[str, list[str]]:
     if not (name.isidentifier() and equals and values):
         refuse(
             f"--vary {text} names no number with its values: write --vary w=0:1/2:21 for 21 values "
-            "from 0 to 1/2, or --vary w=0,1/6,sqrt(3)/6."
+            "from 0 to 1/2, or --vary 'w=0,1/6,sqrt(3)/6'."
         )
     return name, values
 

@@ -260,8 +260,7 @@ class Calls:
             said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
             said += f": {remedy(error)}" * isinstance(error, ImportError)
             return BadInput(
-                f"{begun}the black box {self.box.name} could not be run: {type(error).__name__}: "
-                f"{said}."
+                f"{begun}the black box {self.box.name} raises {type(error).__name__}: {said}."
             )
         return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 
