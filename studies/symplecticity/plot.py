@@ -129,6 +129,7 @@ def _names(
             scene = titles.get(str(before), str(before))
             left: dict[str, Any] = {"xycoords": across, "xytext": (-0.75 * 72 * LEFT, 0)}
             bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
+            bold["bbox"] = {"color": PAPER, "pad": 0.5}  # lines of the grid end at the name
             axes.annotate(scene, (0, 1.0 - spot), textcoords="offset points", **left, **bold)
 
 
