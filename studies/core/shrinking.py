@@ -54,10 +54,11 @@ def shrunk(
         ):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)
     changed: dict[Place, AnyResult] = {}
-    for places in groups.values():
+    for i, places in enumerate(groups.values()):
         place = min(places, key=lambda p: size(plan.case(p).scene))
         study, case = plan.studies[place[0]], plan.case(place)
-        progress(f"{study.name}, {case.scene.name} {case.label}: the smallest that fails", 1.0)
+        label = f"{study.name}, {case.scene.name} {case.label}: the smallest that fails"
+        progress(label, i / len(groups))  # a wait of its own, as long as that for the verdicts
         make = partial(_listed, study, case, results[place])
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
