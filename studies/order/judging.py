@@ -26,6 +26,7 @@ from .window import (
     hidden_share,
     not_converging,
     off_the_line,
+    too_few,
 )
 
 #: errors that stop sinking above this are no ordinary round-off
@@ -108,6 +109,12 @@ def _judge_runs(case: Case, record: Found) -> Verdict:
         said += "goes to 0: the errors are a sum of this power of the step and the next ones, in "
         said += f"which a lower power changes the finest error by less than {max(share, 1e-3):.1%}."
         return Verdict("pass", f"{said} {_cut(case, record)}".rstrip(), expected)
+    if too_few(case, rows, certain):
+        return unknown(
+            f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
+            "finest steps: take more --steps.",
+            why=MORE_STEPS,
+        )
     if share is not None:
         return unknown(
             f"order {order:z.3f} may still reach the expected {expected['order']}: the errors are "

@@ -49,6 +49,8 @@ def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:
     near = REACHED[case.digits == 16]
     if case.order is None or abs(order - case.order) <= near:
         return True
+    if too_few(case, rows, certain):
+        return False
     share = hidden_share(case, rows, certain, order)
     return share is None or share <= near or (case.digits == 16 and sunk(case, rows, certain))
 
@@ -75,6 +77,16 @@ def above_floor(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if enough errors are above the floor to fit a line."""
     least = floor(case, certain)
     return sum(row.error is not None and row.error > least for row in rows) >= LEAST_POINTS
+
+
+def too_few(case: Case, rows: Sequence[Row], certain: float) -> bool:
+    """True if errors are too few for `hidden_share`, and the local orders come nearer to the
+    expected one at each smaller step."""
+    least = floor(case, certain)
+    clear = [row for row in rows if row.error is not None and row.error > least]
+    missed = [abs(p - (case.order or 0)) for p in _local_orders([row for row in rows if row.used])]
+    nearer = len(missed) > 1 and missed == sorted(missed, reverse=True)
+    return len(clear) < MORE_POWERS + 1 + SPARE and nearer and missed[-1] < 0.75 * missed[0]
 
 
 def hidden_share(case: Case, rows: Sequence[Row], certain: float, slope: float) -> float | None:
