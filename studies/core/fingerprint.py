@@ -42,7 +42,7 @@ RULES, SCENES, TABLES = (
 )
 #: the data of single scenes and rules: a case has in its key the text of its own alone
 DATA = (SCENES, TABLES, *(RULES / f"{name}.py" for name in (*BUILT_IN, "galerkin")))
-GIVEN = {"fast", "target"}  # what a rule asks of the Lagrangian and of the groupoid
+ASKED = {"fast", "target"}  # what a rule asks of the Lagrangian and of the groupoid
 SHARED = ("causes", "core", "evidence", "systems")  # folders by which all studies measure
 SHOWING = ("command", "report", "user")  # folders that only show results
 #: files of a study that measure nothing
@@ -145,7 +145,7 @@ def _instructions(formula: Callable[..., Any]) -> str:
     So another name of a variable, or another comment, measures nothing anew.
     """
     code, words = getattr(formula, "__code__", None), formula.__doc__
-    if code is None or not {*code.co_names} <= GIVEN or code.co_freevars:
+    if code is None or not {*code.co_names} <= ASKED or code.co_freevars:
         return ""
     constants = [e for e in code.co_consts if e != words]
     if getattr(formula, "__defaults__", None) or not {*map(type, constants)} <= {int, type(None)}:

@@ -20,6 +20,7 @@ import numpy as np
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure, DiscmechError, Displaced
 from discmech.integrators.extensions.foreign import guarded, images
+from discmech.integrators.extensions.foreign.box import no_motion
 from discmech.integrators.numbers import Matrix, Vector, mpmath
 from discmech.reference import many_motions
 
@@ -107,8 +108,8 @@ class Cloud:
 
 
 def in_box(case: Any) -> bool:
-    """True if the map of a case or scheme runs on its own box of states, not on a named scene."""
-    return bool(case.rule.states) and case.scene.name == case.rule.own_scene.name
+    """True if the map of a case or scheme runs on its own box of states, not on a scene."""
+    return case.scene.lagrangian is no_motion
 
 
 @lru_cache(maxsize=8)

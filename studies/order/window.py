@@ -75,18 +75,21 @@ def sunk(case: Case, rows: Sequence[Row], certain: float) -> bool:
 
 def above_floor(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if enough errors are above the floor to fit a line."""
+    return len(_clear(case, rows, certain)) >= LEAST_POINTS
+
+
+def _clear(case: Case, rows: Sequence[Row], certain: float) -> list[Row]:
     least = floor(case, certain)
-    return sum(row.error is not None and row.error > least for row in rows) >= LEAST_POINTS
+    return [row for row in rows if row.error is not None and row.error > least]
 
 
 def too_few(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if errors are too few for `hidden_share`, and the local orders come nearer to the
     expected one at each smaller step."""
-    least = floor(case, certain)
-    clear = [row for row in rows if row.error is not None and row.error > least]
     missed = [abs(p - (case.order or 0)) for p in _local_orders([row for row in rows if row.used])]
     nearer = len(missed) > 1 and missed == sorted(missed, reverse=True)
-    return len(clear) < MORE_POWERS + 1 + SPARE and nearer and missed[-1] < 0.75 * missed[0]
+    few = len(_clear(case, rows, certain)) < MORE_POWERS + 1 + SPARE
+    return few and nearer and missed[-1] < 0.75 * missed[0]
 
 
 def hidden_share(case: Case, rows: Sequence[Row], certain: float, slope: float) -> float | None:
@@ -106,8 +109,7 @@ def hidden_share(case: Case, rows: Sequence[Row], certain: float, slope: float) 
     error: then the line tells the order.
     """
     order, least, best = case.order, floor(case, certain), math.inf
-    clear = [row for row in rows if row.error is not None and row.error > least]
-    if not order or not clear:
+    if not order or not (clear := _clear(case, rows, certain)):
         return None
     steps, errors = np.array([(abs(row.step), row.error) for row in clear]).T
     weight = (2 ** STRAIGHT[case.digits == 16] - 1) * errors

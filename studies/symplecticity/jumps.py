@@ -60,7 +60,7 @@ def jumps_of(case: Case, scale: Vector) -> list[Jump]:
         lines = list(_lines(scheme, drawn))
     except ReferenceFailure:
         return []
-    found = list[Jump]()
+    jumps = list[Jump]()
     for start, way in lines:
         line = _on(g, start, way)
         for at in _peaks(line, rule.unit(16)):
@@ -68,9 +68,9 @@ def jumps_of(case: Case, scale: Vector) -> list[Jump]:
                 continue
             where, jump = told
             across = _across(g, (start, way), where, jump, scale, drawn)
-            found.append(Jump(float((np.abs(jump) / scale).max()), across, float(step),
+            jumps.append(Jump(float((np.abs(jump) / scale).max()), across, float(step),
                               (start + where * way).tolist()))  # fmt: skip
-    return sorted(found, key=lambda jump: -jump.size)
+    return sorted(jumps, key=lambda jump: -jump.size)
 
 
 def _lines(scheme: Any, drawn: np.random.Generator) -> Iterator[tuple[Vector, Vector]]:

@@ -94,7 +94,7 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
                 break
         looks = _both(scheme, drawn, z, Fraction(0), step, math.inf)
         all_looks += looks if inside else looks[1:]
-    return all_looks, (high - low) / 2, seed
+    return all_looks, scale_of(scheme), seed
 
 
 def map_of(flow: Any, count: int, t0: Any = 0, rows: int = 1) -> Any:
@@ -152,7 +152,8 @@ def _states(
 def scale_of(scheme: Any) -> Vector:
     """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
     if in_box(scheme):
-        return _looks_in_box(scheme)[1]
+        low, high = np.array(scheme.rule.states, dtype=float)
+        return np.asarray((high - low) / 2)
     rows = motion_of(scheme)
     n = scheme.s.n
     reach, size = np.ptp(rows, axis=0), np.abs(rows).max(axis=0)

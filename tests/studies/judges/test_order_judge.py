@@ -108,6 +108,20 @@ def test_a_sum_of_powers_reaches_an_order_that_a_line_misses(digits, order, grow
     assert reached
 
 
+@pytest.mark.parametrize(("local", "verdict"), [
+    ((3.968, 3.981, 3.989, 3.994), "inconclusive"), ((3.985, 3.98, 3.975, 3.97), "fail"),
+    ((3.983, 3.983, 3.983, 3.983), "fail"),
+])  # fmt: skip
+def test_few_errors_that_come_nearer_ask_for_smaller_steps(local, verdict):
+    """Five are too few for a sum of powers; by a lower power the local orders go away."""
+    of, errors = case(50, order=4), 1e-8 * 2.0 ** -np.cumsum([0, *local])
+    rows = [Row(8 * 2**k, 0.125 / 2**k, float(error)) for k, error in enumerate(errors)]
+    fitted, line = window.fit(of, rows, 60)
+    assert window.decided(of, rows, 60) == (verdict == "fail")
+    told = order_of(line.order, of, [encoded(row) for row in fitted], 60)
+    assert told[0] == verdict and ("take more --steps" in told[1]) == (verdict == "inconclusive")
+
+
 def test_runs_without_an_order():
     failed = [{"error": None, "why_not": "failed", "cause": f"cause {k}"} for k in range(3)]
     assert order_of(None, rows=failed)[:2] == ("fail", "every run failed: cause 0.")
