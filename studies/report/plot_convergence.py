@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHEET = Sheet(width=3.2)
+BELOW = ("round-off", "reference")  # why a point tells nothing of an order
 Curve = list[tuple[float, float]]
 
 
@@ -91,7 +92,7 @@ def panel(
             _curve(axes, line, curve, mark, share)
             end = max(curve, default=(axes.get_xlim()[1], axes.get_ylim()[0]))
             labels.append((*end, line.label, mark.colour))
-            if line.expected:
+            if line.expected and any(point.why_not not in BELOW for point in line.points):
                 fellows.setdefault(line.expected, []).append(line.fitted)
         slope_marks(axes, fellows, curves)
         end_labels(axes, labels)
@@ -118,7 +119,7 @@ def _curve(axes: Axes, line: Line, points: Curve, mark: Mark, share: Share) -> N
             style |= {"marker": "|", "ms": 7, "transform": axes.get_xaxis_transform()}
             style |= {"clip_on": False, "mew": 1.4, "mec": mark.colour}
             curve = [(step, 1.0) for step, _ in curve]
-        elif why in ("round-off", "reference"):
+        elif why in BELOW:
             style |= {"marker": "x", "mec": mark.colour, "mew": 0.8}
         elif why:
             style |= {"mfc": PAPER, "mec": mark.colour, "mew": 0.8}
