@@ -33,7 +33,7 @@ def picture(report: Path) -> bytes:
         raise ValueError("it has no case of these scenes in double precision")
     titles = {name: scenes.get(name).title or name for name in {str(c.scene) for c in cases}}
     (plate,) = plates([replace(result, cases=cases)], titles, {})
-    image = Image.open(BytesIO(plate.drawing.png)).convert("RGB")
+    image = Image.open(BytesIO(plate.drawing.files["png"])).convert("RGB")
     few = image.quantize(COLOURS, dither=Image.Dither.NONE)
     stream = BytesIO()
     few.save(stream, "PNG", optimize=True)

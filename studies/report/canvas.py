@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: the formats of a figure's files, by their endings
+FORMATS = ("svg", "pdf", "png")
 #: names and values of matplotlib's rcParams
 Style = Sequence[tuple[str, Any]]
 #: inches kept free beside the longest word, since other fonts are a little wider
@@ -82,11 +84,9 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A rendered figure: whole as SVG, PDF and PNG, and its panels for the page."""
+    """A rendered figure: whole, as files by their endings, and its panels for the page."""
 
-    svg: bytes
-    pdf: bytes
-    png: bytes
+    files: dict[str, bytes]
     panels: list[str]
     width: float
     columns: int
@@ -111,43 +111,52 @@ def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figur
 
 
 def render(
-    panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str], style: Style = ()
+    panels: Sequence[Panel],
+    sheet: Sheet,
+    definitions: dict[str, str],
+    style: Style = (),
+    formats: Sequence[str] = FORMATS[:1],
 ) -> Drawing:
     """Draw the panels on one sheet. Markers and styles of the page go into `definitions`.
 
     style: entries of matplotlib's rcParams that replace ours; only the width of figure.figsize is
-    used, as that of a paper's column.
+    used, as that of a paper's column. formats: SVG, of which the panels are made, and any other.
     """
     with our_style(style):
         sheet, columns, room = _sized(panels, sheet, style)
         figure, fitted = _laid_out(panels, sheet, columns, room)
         scales = [_scales(axes) for axes in figure.axes]
-        svg, pdf, png = _files_of(figure)
+        files = _files_of(figure, formats)
     width, height = 72 * fitted.width, 72 * fitted.height
     cells = [
         (width * (k % columns), height * (k // columns), width, height) for k in range(len(panels))
     ]
     spoken = [panel.spoken for panel in panels]
-    inline = inline_panels(svg, cells, spoken, scales, definitions)
-    return Drawing(svg.replace(*_FAMILIES), pdf, png, inline, fitted.width, columns)
+    inline = inline_panels(files["svg"], cells, spoken, scales, definitions)
+    files["svg"] = files["svg"].replace(*_FAMILIES)
+    return Drawing(files, inline, fitted.width, columns)
 
 
 def files_of(figure: Figure) -> dict[str, bytes]:
     """Return a figure in our style as the files of a study's figure, by their endings."""
     with our_style():
-        svg, pdf, png = _files_of(figure)
-    return {"svg": svg.replace(*_FAMILIES), "pdf": pdf, "png": png}
+        files = _files_of(figure, FORMATS)
+    return files | {"svg": files["svg"].replace(*_FAMILIES)}
 
 
-def _files_of(figure: Figure) -> tuple[bytes, bytes, bytes]:
-    """Return the figure as SVG, PDF and PNG, without dates."""
-    svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
-    about = {"Creator": "discmech"}
-    figure.savefig(svg, format="svg", metadata=about | {"Date": None})
-    figure.savefig(pdf, format="pdf", metadata=about | {"CreationDate": None})
-    quick = {"compress_level": 4}  # costs 1 % of the size
-    figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
-    return svg.getvalue(), pdf.getvalue(), png.getvalue()
+def _files_of(figure: Figure, formats: Sequence[str]) -> dict[str, bytes]:
+    """Return the figure in these formats, without dates."""
+    settings: dict[str, Any] = {
+        "svg": {"metadata": {"Creator": "discmech", "Date": None}},
+        "pdf": {"metadata": {"Creator": "discmech", "CreationDate": None}},
+        # that level of compression costs 1 % of the size
+        "png": {"metadata": {"Software": "discmech"}, "dpi": 200,
+                "pil_kwargs": {"compress_level": 4}},
+    }  # fmt: skip
+    files = {ending: BytesIO() for ending in formats}
+    for ending, file in files.items():
+        figure.savefig(file, format=ending, **settings[ending])
+    return {ending: file.getvalue() for ending, file in files.items()}
 
 
 def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int, float | None]:

@@ -14,7 +14,7 @@ from ..core.outcome import Made
 from ..core.records import encoded
 from ..core.result import AnyResult, StudyResult
 from ..core.study import view_of
-from .canvas import Drawing, render
+from .canvas import FORMATS, Drawing, render
 from .palette import Mark, marks
 from .tables import labelled
 from .view import Sketch, Titles
@@ -34,10 +34,11 @@ class Plate:
 
 @dataclass(frozen=True)
 class Look:
-    """The user's wishes for figures: labels of rules (name, label), entries of rcParams."""
+    """Wishes for figures: labels of rules (name, label), entries of rcParams, formats of files."""
 
     labels: tuple[tuple[str, str], ...] = ()
     style: tuple[tuple[str, Any], ...] = ()
+    formats: tuple[str, ...] = FORMATS
 
     def of_cases(
         self, cases: Sequence[AnyResult], known: dict[str, Mark]
@@ -101,10 +102,8 @@ def plates(
     made = []
     for (result, sketch), drawn in zip(pairs, remembered(tasks), strict=True):
         definitions |= drawn["definitions"]
-        drawing = Drawing(
-            drawn["svg"].encode(), b64decode(drawn["pdf"]), b64decode(drawn["png"]),
-            drawn["panels"], drawn["width"], drawn["columns"],
-        )  # fmt: skip
+        files = {ending: b64decode(file) for ending, file in drawn["files"].items()}
+        drawing = Drawing(files, drawn["panels"], drawn["width"], drawn["columns"])
         words = sketch.title, sketch.caption, command(result, sketch.digits)
         made.append(Plate(sketch.name, result.study, *words, drawing))
     return made
@@ -141,10 +140,10 @@ def _render(
     """Return a figure and its definitions for the page, as JSON data."""
     definitions: dict[str, str] = {}
     (sketch,) = (s for s in _sketches(study, cases, known, titles, look) if s.name == name)
-    drawing = render(sketch.panels, sketch.sheet, definitions, look.style)
+    drawing = render(sketch.panels, sketch.sheet, definitions, look.style, look.formats)
     return {
-        "definitions": definitions, "svg": drawing.svg.decode(),
-        "pdf": b64encode(drawing.pdf).decode(), "png": b64encode(drawing.png).decode(),
+        "definitions": definitions,
+        "files": {ending: b64encode(file).decode() for ending, file in drawing.files.items()},
         "panels": drawing.panels, "width": drawing.width, "columns": drawing.columns,
     }  # fmt: skip
 

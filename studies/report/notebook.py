@@ -33,7 +33,7 @@ def html_of(result: StudyResult) -> str:
         for case, reason in zip(bad, whys(bad), strict=True)
     ]
     figures = [
-        render(sketch.panels, sketch.sheet, {}).svg.decode()
+        render(sketch.panels, sketch.sheet, {}).files["svg"].decode()
         for sketch in sketches(result, {})[:MOST_FIGURES]
     ]
     pictures = "".join(f"<div>{svg[svg.index('<svg') :]}</div>" for svg in figures)

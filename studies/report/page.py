@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -57,26 +57,28 @@ def write_report(
 
     An older report in the folder stays complete until this one is finished, and also if this one
     fails. remembered: returns stored figures of the same numbers (`figures.plates`). past: the
-    findings of the last runs for a case, newest last. look: labels and style of figures. tables:
-    those above the studies, each {"title", "about", "heads", "lines"}, a line being its cells.
+    findings of the last runs for a case, newest last. look: labels and style of figures; of a whole
+    report they are SVG alone, and a study's own command writes PDF and PNG. tables: those above the
+    studies, each {"title", "about", "heads", "lines"}, a line being its cells.
     """
     from discmech.integrators.files import encoded
 
-    from .figures import anew, plates
+    from .figures import Look, anew, plates
     from .publish import published
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
     definitions: dict[str, str] = {}
+    if about and about.whole:
+        look = replace(look or Look(), formats=("svg",))
     with published(Path(folder), last="index.html") as new:
         drawn = plates(studies, titles, definitions, remembered or anew, look)
         for name, things in (("figures", drawn), ("tables", studies), ("equations", equations)):
             if things:
                 (new / name).mkdir()
         for plate in drawn:
-            (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
-            (new / "figures" / f"{plate.name}.pdf").write_bytes(plate.drawing.pdf)
-            (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
+            for ending, file in plate.drawing.files.items():
+                (new / "figures" / f"{plate.name}.{ending}").write_bytes(file)
         labels = dict(look.labels) if look else {}
         files = {study.study: write_tables(study, new / "tables", labels) for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
@@ -95,12 +97,13 @@ def lone_page(
     look: Look | None = None,
 ) -> str:
     """Return the page of some results by itself, as of `write_report`: figures inside, no files."""
-    from .figures import anew, plates
+    from .figures import Look, anew, plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
     definitions: dict[str, str] = {}
-    drawn = plates(studies, titles, definitions, anew, look)
+    inside = replace(look or Look(), formats=("svg",))
+    drawn = plates(studies, titles, definitions, anew, inside)
     words = (results, studies, drawn, definitions, scenes, command)
     return _page(*words, tables=tables, about=about, labels=dict(look.labels) if look else {})
 

@@ -308,16 +308,16 @@ def _alone(result: AnyResult) -> StudyResult:
 
 def _picture(result: AnyResult, folder: Path | None) -> Path | None:
     """Return the study's figure of this case as a PNG file, or None if it has none."""
-    from ..report.figures import plates
+    from ..report.figures import Look, plates
     from ..report.tables import file_name
 
     if not result.data:
         return None
-    drawn = plates([_alone(result)], {}, {})
+    drawn = plates([_alone(result)], {}, {}, look=Look(formats=("svg", "png")))
     if not drawn:
         return None
     folder = folder or Path(tempfile.mkdtemp(prefix="discmech-"))
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{file_name(f'{result.study}-{result.scene}-{result.rule}')}.png"
-    path.write_bytes(drawn[0].drawing.png)
+    path.write_bytes(drawn[0].drawing.files["png"])
     return path

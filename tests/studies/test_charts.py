@@ -90,7 +90,7 @@ def test_the_singular_set_crosses_the_picture(found):
 def test_it_is_drawn(found):
     result = {"study": "charts", "command": "discmech charts", "cases": [found]}
     (plate,) = plates(read(result), {}, {})
-    assert len(plate.drawing.panels) == 4 and plate.drawing.svg
+    assert len(plate.drawing.panels) == 4 and plate.drawing.files["svg"]
 
 
 @pytest.mark.slow

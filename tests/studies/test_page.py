@@ -13,7 +13,7 @@ import pytest
 
 from discmech.studies.core.ours import MANIFEST
 from discmech.studies.report import tables
-from discmech.studies.report.page import write_report
+from discmech.studies.report.page import About, write_report
 from discmech.studies.report.summary import headline, merged, trouble
 from tests import readme_picture
 from tests.studies.as_json import read
@@ -67,8 +67,9 @@ def drawn() -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(
-        read(*drawn()), equations(), scenes(), tmp_path_factory.mktemp("r") / "build"
-    )
+        read(*drawn()), equations(), scenes(), tmp_path_factory.mktemp("r") / "build",
+        about=About("Report", whole=True),
+    )  # fmt: skip
 
 
 def test_page_is_whole_small_and_self_contained(full: Path) -> None:
@@ -81,6 +82,8 @@ def test_page_is_whole_small_and_self_contained(full: Path) -> None:
     local = [link for link in page.links if link and link != "data:,"]
     assert local and all((full.parent / link).is_file() for link in local)
     assert "All 30 cases pass; all 4 controls were caught." in text
+    assert {file.suffix for file in (full.parent / "figures").iterdir()} == {".svg"}
+    assert "PDF and PNG: the command with --folder DIR" in text
     hidden = [entry.name for entry in full.parent.iterdir() if entry.name.startswith(".")]
     assert hidden == [MANIFEST]  # no draft is left
 

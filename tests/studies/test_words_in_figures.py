@@ -112,10 +112,10 @@ def test_a_word_that_is_cut_is_seen():
 def test_text_of_an_exported_figure_is_text():
     (made, *_) = results()
     (sketch, *_) = sketches(made["study"], made["cases"])
-    drawn = canvas.render(sketch.panels[:1], sketch.sheet, {})
-    svg = drawn.svg.decode()
+    drawn = canvas.render(sketch.panels[:1], sketch.sheet, {}, formats=canvas.FORMATS).files
+    svg = drawn["svg"].decode()
     assert re.search(r"<text[^>]*>midpoint", svg) and "Times New Roman" in svg
-    assert drawn.pdf.startswith(b"%PDF") and drawn.png.startswith(b"\x89PNG")
+    assert drawn["pdf"].startswith(b"%PDF") and drawn["png"].startswith(b"\x89PNG")
 
 
 def test_a_rule_keeps_its_mark_while_its_colour_is_free():
