@@ -67,11 +67,14 @@ class Dual:
         slope = [e for part in energy_gradient(s) for e in part]
         letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
         values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]
-        if not self.canonical:
-            values.append(list(poisson_tensor(s, s.x, s.mu)))
+        bracket = [] if self.canonical else list(poisson_tensor(s, s.x, s.mu))
         # all of it is in the natural basis, free of h; for a wrong groupoid it need not be
-        values = [[sympy.sympify(e).xreplace({s.h: sympy.Integer(1)}) for e in v] for v in values]
+        *values, bracket = ([sympy.sympify(e).xreplace({s.h: sympy.Integer(1)}) for e in v]
+                            for v in (*values, bracket))  # fmt: skip
         self._at = numeric(letters, values, NUMBERS, columns=True)
+        if not self.canonical:  # it needs no velocity
+            letters.pop("u")
+            self._bracket = numeric(letters, [bracket], NUMBERS, columns=True)
         self._inverse = legendre_inverse(s, NUMBERS)
         self._parameters = [NUMBERS.number(p) for p in parameters]
         self._near = np.array([float(NUMBERS.number(v)) for v in v0])
@@ -97,19 +100,17 @@ class Dual:
         return x, mu
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return H and the sum of its absolute terms (r,), f and dH (r, n+m), B except on pairs."""
+        """Return H and the sum of its absolute terms (r,), f and dH (r, n+m)."""
         x, mu = self.split(z)
         values = self._at(x.T, self.velocity(z).T, mu.T, self._parameters)
-        H, terms, *others = (
-            np.broadcast_to(np.asarray(e, dtype=float).reshape(len(e), -1), (len(e), len(z))).T
-            for e in values
-        )
-        return H[:, 0], terms[:, 0], *others
+        H, terms, f, slope = (_in_rows(e, len(z)) for e in values)
+        return H[:, 0], terms[:, 0], f, slope
 
     def tensor(self, z: np.ndarray) -> np.ndarray:
         """Return B of each row, (r, n+m, n+m); not on pairs, whose B is constant."""
-        size = self.n + self.m
-        return np.asarray(self(z)[4]).reshape(-1, size, size)
+        x, mu = self.split(z)
+        values = _in_rows(self._bracket(x.T, mu.T, self._parameters), len(z))
+        return values.reshape(-1, *[self.n + self.m] * 2)
 
     def poisson(self, z: np.ndarray) -> np.ndarray:
         """Return B of each row, (r, n+m, n+m), on pairs too."""
@@ -124,7 +125,10 @@ class Dual:
         """Return an α with B(z) α = v, of each row; size: the unit of each coordinate."""
         if self.canonical:
             return np.hstack([-v[:, self.n :], v[:, : self.n]])
-        tensor = self.tensor(z) / size[:, None] / size
+        return self._covector(self.tensor(z), v, size)
+
+    def _covector(self, tensor: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
+        tensor = tensor / size[:, None] / size
         inverse = np.full_like(tensor, np.nan)  # a state that was not reached has no α
         there = np.isfinite(tensor).all(axis=(1, 2))
         inverse[there] = np.linalg.pinv(tensor[there], rcond=1e-9)
@@ -132,7 +136,14 @@ class Dual:
 
     def moved(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
         """Return the part of v that is tangent to the symplectic leaf at z, of each row."""
-        return np.einsum("rij,rj->ri", self.tensor(z), self.covector(z, v, size))
+        tensor = self.tensor(z)
+        return np.einsum("rij,rj->ri", tensor, self._covector(tensor, v, size))
+
+
+def _in_rows(values: Any, rows: int) -> np.ndarray:
+    """Return k values that are columns, or constant, as (r, k)."""
+    array = np.asarray(values, dtype=float)
+    return np.broadcast_to(array.reshape(len(array), -1), (len(array), rows)).T
 
 
 def has_dual(scene: Scene) -> bool:
