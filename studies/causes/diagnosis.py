@@ -16,7 +16,6 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, Discretisation, Scheme, retractions, scenes
-from discmech.integrators import rules as discretisations
 from discmech.integrators.extensions.lattices import Lattice, scene_of
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import mpmath
@@ -26,6 +25,7 @@ from ..core.case import Case, Measurement, in_chart, scheme_of
 from ..core.outcome import named
 from ..evidence import NEAR as BESIDE
 from ..evidence import evidence_of
+from ..evidence.own_rules import WITNESS
 from ..systems.runs import gap
 from . import one_step, recorded
 from .exact_path import HALVINGS, Truncation, settled_truncation, truncation
@@ -38,8 +38,6 @@ NEAR = 0.25  # an order this close to another one counts as equal
 #: that are meant differ by 1/`MEANT`² at least
 ROUNDED = 1 / MEANT**2
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
-#: a method that checks a reference: it shares no formula with it, and its own error is measured
-WITNESS = "kahan-li-8:trapezoidal"
 #: the parts of a `Truncation` that are shown beside the cause
 SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
 Told = tuple[str, str]  # cause, sentence
@@ -327,8 +325,8 @@ def _of_runs(
     if off > 1e3 * max(own, unit(30)) and off > best["error"] / 1e3:
         return (
             "reference",
-            f"{fine}the reference is {off:.1e} from {WITNESS} at 30 digits, whose own error is "
-            f"{own:.1e}: errors cannot sink below {off:.1e}; discmech reference --check.",
+            f"{fine}the reference is {off:.1e} from {WITNESS.name} at 30 digits, whose own error "
+            f"is {own:.1e}: errors cannot sink below {off:.1e}; discmech reference --check.",
         )
     if case.digits == 16 and not low:
         more = at_50_digits()
@@ -353,7 +351,7 @@ def _start_gap(case: Case, flow: Flow) -> float:
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
     """Return (relative gap of reference and witness, the witness's own change by halving)."""
-    scheme = scheme_of(case.scene, discretisations.get(WITNESS))
+    scheme = scheme_of(case.scene, WITNESS)
     steps = max(8, round(duration / Fraction(case.scene.step)))
     ends = []
     for count in (steps, 2 * steps):

@@ -30,7 +30,7 @@ from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 
 from .case import Case
-from .parts import EXACT, is_built_in, parts_of
+from .parts import is_built_in, parts_of
 from .record import machine, processor, versions
 from .study import Study, StudyFolder
 from .userfile import loaded
@@ -60,9 +60,7 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     words += [_around(), str(machine()) if timed else ""]
     words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
-    exact = map(BUILT_IN.__getitem__, EXACT if "sites" in parts_of(case.scene) else ())
-    beside = [*study.rules_beside(case), *exact]
-    words += [part for rule in beside for part in _facts(rule)]
+    words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
     return _digest(*words, *(part for rule in case.rests_on for part in of_rule(rule)))
 
 

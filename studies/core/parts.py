@@ -15,8 +15,6 @@ SMOOTH = frozenset(("end", "energy", "momenta", "form"))
 #: the rules by which a lattice runs if none is chosen; those with stages meet no constraints
 RULES = ("trapezoidal", "midpoint", "gauss-2")
 STAGED = ("gauss-2",)
-#: self-adjoint rules: small steps of the first that runs stand for the exact step of a lattice
-EXACT = ("trapezoidal", "midpoint")
 #: fewer rules for these lattices: the rest shows nothing new, or takes long to compile
 FEWER = {"toda": ("trapezoidal",),
          "breather-box": ("midpoint",),

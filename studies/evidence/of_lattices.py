@@ -19,14 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import BadInput, Lattice, Scheme, StepFailure, rules
+from discmech.integrators import BadInput, Lattice, Scheme, StepFailure
 from discmech.integrators.extensions.lattices import scene_of
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure
 
-from ..core.parts import EXACT
 from ..core.single_steps import Departure, EffectiveOrder
-from . import Evidence, evidence_of
+from . import Evidence, evidence_of, own_rules
 from .floats import end_of
 from .laws import ARROW, SHORT, Law, short_arrow
 from .order import (
@@ -144,8 +143,8 @@ def _symmetric(lattice: Lattice) -> Any:
 
     Raises `ReferenceFailure` if there is none: then no exact step is known.
     """
-    for name in EXACT:
-        scheme: Any = Scheme(lattice, rules.get(name))
+    for rule in (own_rules.trapezoidal, own_rules.midpoint):
+        scheme: Any = Scheme(lattice, rule)
         with suppress(StepFailure):
             scheme.flow(lattice.step).trajectory(1)
             if scheme.equations.self_adjoint:

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
-from discmech.integrators import rules as discretisations
-from discmech.integrators.rules import Discretisation
 from discmech.integrators.scenes.fpu import HALF
 
 from ..core.case import scheme_of
+from ..evidence.own_rules import WITNESS
 from .stiff import FAMILIES
 
 OMEGA = Fraction(50)  # Hairer, Lubich, Wanner, I.5.1
@@ -50,11 +49,6 @@ def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndar
     return means, step
 
 
-def reference_rule() -> Discretisation:
-    """Return the method of the reference."""
-    return discretisations.get("kahan-li-8:trapezoidal")
-
-
 @lru_cache(maxsize=8)
 def reference(omega: Fraction = OMEGA) -> np.ndarray:
     """Return the springs' slow energies, by a composition of order 8 at hω = 1/4.
@@ -62,7 +56,7 @@ def reference(omega: Fraction = OMEGA) -> np.ndarray:
     At ω = 50 they are certain to 10⁻⁷, their difference from hω = 1/2; stiffer springs take longer,
     and the soft ones are chaotic meanwhile.
     """
-    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), reference_rule()), omega)
+    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), WITNESS), omega)
     return slow_energies(scheme, omega, Fraction(1, 4))[0]
 
 

@@ -16,7 +16,7 @@ from discmech.integrators.rules import Discretisation
 from ..core import controls
 from ..core.case import Case, Choice, Progress, scheme_of, silent
 from ..core.fingerprint import own_name
-from . import EULER, RUNGE_KUTTA, exchange, linear_stability
+from . import EULER, RUNGE_KUTTA, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import Oscillator
 from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
@@ -62,12 +62,6 @@ def cases(choice: Choice) -> list[Case]:
                 words = (16, choice.steps, control, choice.thorough)
                 all_cases.append(Case(NAME, scene, midpoint, *words))
     return all_cases
-
-
-def rules_beside(case: Case) -> list[Discretisation]:
-    """Return the rules that the exchange of energy is compared with."""
-    family = FAMILIES.get(own_name(case.scene))
-    return [exchange.reference_rule()] if family is not None and family.adiabatic else []
 
 
 def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from types import FunctionType
 
 import pytest
 
-from discmech.integrators import scenes
+from discmech.integrators import Scheme, scenes
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import (
     BUILT_IN,
@@ -24,6 +24,7 @@ from discmech.integrators.rules import (
 from discmech.studies import get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice
+from discmech.studies.evidence import evidence_of, own_rules
 from discmech.tests.bench.power import STUDY as POWER
 from discmech.tests.bench.power import measuring as power
 
@@ -242,12 +243,13 @@ def test_a_rule_rests_on_what_its_formula_does_and_not_on_the_words_for_it(rule)
     assert len(composed) == 3
 
 
-def test_a_lattice_rests_on_the_rule_whose_small_steps_are_its_exact_ones(monkeypatch):
+def test_exact_steps_of_a_lattice_rest_on_no_rule_that_is_judged(monkeypatch):
     ask = partial(key, "lattices", systems.get("toda"), gauss(2))
-    before, of_scene = ask(), key()
+    before = ask()
     other = altered(trapezoidal, co_consts=(*trapezoidal.formula.__code__.co_consts[:-1], 3))
     monkeypatch.setitem(BUILT_IN, "trapezoidal", other)
-    assert ask() != before and key() == of_scene
+    exact = evidence_of(Scheme(systems.get("toda"), other)).exact.rule
+    assert ask() == before and not any(map(fingerprint.is_ours, (exact, own_rules.WITNESS)))
 
 
 @pytest.mark.slow
