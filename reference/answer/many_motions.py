@@ -133,8 +133,11 @@ class ManyMotions:
         """Return the ends (s, r) and their last changes as the parts were halved.
 
         A change counts beside the size of x, or of v, each in a unit of its own. Where the motion
-        itself ends (`ENDED`), more parts would not help.
+        itself ends (`ENDED`), more parts would not help. Over spans of 0 a state stays, but is no
+        number where the field has none.
         """
+        if not spans.any():
+            return z + 0 * self._field(0.0, z), np.zeros(z.shape)
         (ends, lasted), off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
         unit = np.ones(z.shape)
         for part in (slice(self.n), slice(self.n, len(z) - self.timed)):
