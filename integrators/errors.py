@@ -53,8 +53,8 @@ def line_of(function: object, error: BaseException | None = None) -> str:
     if code is None or Path(code.co_filename).is_relative_to(_OURS):
         return ""
     line = code.co_firstlineno
-    for frame in traceback.extract_tb(error.__traceback__ if error else None):
-        line = (frame.lineno or line) if frame.filename == code.co_filename else line
+    for frame, number in traceback.walk_tb(error.__traceback__ if error else None):
+        line = number if frame.f_code.co_filename == code.co_filename else line
     return f"{Path(code.co_filename).name}, line {line}"
 
 

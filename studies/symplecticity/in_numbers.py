@@ -69,7 +69,8 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
             break
         rows.append(_row(case, len(rows), look, scale, seed))
     around, unit, jumps = 0, case.rule.unit(16), list[Jump]()
-    if not any(is_defect(row.certain or 0.0, unit) for row in rows):
+    known = [row.certain for row in rows if row.certain is not None]
+    if known and not is_defect(max(known), unit):
         # a loose iteration jumps everywhere, a map that does so across a surface at few places
         rough = 2 * sum(row.noise > 0 for row in rows) > len(rows)
         jumps = [] if rough else jumps_of(case, scale)

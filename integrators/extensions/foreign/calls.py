@@ -246,7 +246,8 @@ class Calls:
             raise BoxRaised(k, "the black box gives numbers that are not finite")
 
     def _raised(self, k: int, error: BaseException) -> Exception:
-        place, begun = line_of(self._asked, error), at_line(self._asked, error)
+        place = line_of(self._asked, error)
+        begun = f"{place}: " if place else ""
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
             return BadInput(self._changes(begun))
         where = f" ({place})" if place else ""
