@@ -21,7 +21,7 @@ from ..core.case import Case
 from ..core.claims import not_claimed
 from ..evidence.cloud import LOOKED_AT, around, ends_of, in_box
 from ..evidence.places import sizes_of_motion
-from .form_in_numbers import form_defect, volume_defect
+from .form_in_numbers import form_gaps
 from .own_derivatives import asked_jacobian, distance
 from .places import Look, rate
 
@@ -101,20 +101,18 @@ def _scores(scheme: Any, starts: Matrix, steps: Vector, scale: Vector, width: fl
     after, weights = ends[0, 0], np.array(list(WEIGHTS.values()))
     slopes = np.einsum("i,jirk->rkj", weights, ends) / (width * scale)
     scores = np.zeros((len(starts), 4 if scheme.rule.jacobian else 2))
-    for k in np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(after).all(axis=1)):
-        flow = scheme.flow(scheme.rule.only_step or Fraction(steps[k]))
-        of = Derivative(slopes[k], 0 * slopes[k])
-        scores[k] = _defects(flow, starts[k], after[k], of, scale)
+    (known,) = np.nonzero(np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(after).all(axis=1))
+    of, starts, steps = slopes[known], starts[known], steps[known]
+    system, n = scheme.flow(scheme.scene.step).system, scheme.s.n
+    tensors = [
+        np.moveaxis(system.tensor(*np.split(e.T, [n])), -1, 0) for e in (starts, after[known])
+    ]
+    scores[known, 0] = form_gaps(of, *tensors)
+    scores[known, 1] = np.abs(np.abs(np.linalg.det(of)) - 1)
+    if scheme.rule.jacobian:
+        flows = [scheme.flow(scheme.rule.only_step or Fraction(step)) for step in steps]
+        own = np.array([asked_jacobian(*one) for one in zip(flows, starts, strict=True)])
+        scores[known, 2] = form_gaps(own.reshape(of.shape), *tensors)
+        scores[known, 3] = [distance(a, Derivative(b, 0 * b), scale, scale, 0.0)[0]
+                            for a, b in zip(own, of, strict=True)]  # fmt: skip
     return np.nan_to_num(scores, posinf=1.0)
-
-
-def _defects(flow: Any, z: Vector, after: Vector, of: Derivative, scale: Vector) -> list[float]:
-    """Return the defects of one step, of its form, its volume, and of its own derivative."""
-    n = flow.system.n
-    tensors = [flow.system.tensor(e[:n], e[n:]) for e in (z, after)]
-    defects = [form_defect(of, *tensors).measured, volume_defect(of).measured]
-    if flow.scheme.rule.jacobian:
-        own = asked_jacobian(flow, z)
-        defects += [form_defect(Derivative(own, 0 * own), *tensors).measured,
-                    distance(own, of, scale, scale, 0.0)[0]]  # fmt: skip
-    return defects

@@ -36,11 +36,25 @@ def form_defect(of: Derivative, before: Matrix, after: Matrix) -> Defect:
     all seen.
     """
     M, E = of.value, of.error
-    size = np.abs(M) @ np.abs(before) @ np.abs(M).T + np.abs(after)
-    gap = np.abs(M @ before @ M.T - after)
+    gap, size = _form_gap(M, before, after)
     half = E @ np.abs(before) @ (np.abs(M) + E / 2).T
     unsure = half + half.T + 4 * len(before) * EPS * size
     return _worst(gap, unsure, np.maximum(size, _natural(size)))
+
+
+def form_gaps(M: Matrix, before: Matrix, after: Matrix) -> Vector:
+    """Return the `measured` of `form_defect` for many derivatives at once, (r, k, l)."""
+    gap, size = _form_gap(M, before, after)
+    size = np.maximum(size, _natural(size))
+    shares = np.where(np.isfinite(gap), gap / np.where(size > 0, size, 1.0), 0.0)
+    return np.asarray(shares.max(axis=(1, 2)))
+
+
+def _form_gap(M: Matrix, before: Matrix, after: Matrix) -> tuple[Matrix, Matrix]:
+    """Return |M Π Mᵀ - Π′| and the sum of its absolute terms."""
+    turned = np.swapaxes(M, -1, -2)
+    size = np.abs(M) @ np.abs(before) @ np.abs(turned) + np.abs(after)
+    return np.abs(M @ before @ turned - after), size
 
 
 def pulled_back_defect(of: Derivative, start: Derivative, form: Rows) -> Defect:
@@ -78,8 +92,8 @@ def _natural(size: Matrix) -> Matrix:
     It is a thousandth of the geometric mean of the largest values of both; a smaller entry is no
     part of the motion.
     """
-    most = np.sqrt(size.max(axis=1))
-    return 1e-3 * np.outer(most, most)
+    most = np.sqrt(size.max(axis=-1))
+    return np.asarray(1e-3 * most[..., None] * most[..., None, :])
 
 
 def _worst(gap: Matrix, unsure: Matrix, size: Matrix) -> Defect:
