@@ -314,7 +314,7 @@ def test_odd_command_lines_end_with_an_exit_code_of_ours(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     odd_commands.files(tmp_path / "here")
-    found = odd_commands.wrong_lines(40, 2, seconds=2)
+    found = odd_commands.wrong_lines(20, 2, seconds=2)
     assert found["wrong"] == 0 and found.total()
 
 

@@ -49,6 +49,7 @@ def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
     assert order(tmp_path, None)["verdict"] == "measured"
 
 
+@pytest.mark.dear("heun")
 @pytest.mark.parametrize(("rule", "claimed"), [("heun", 2), ("runge-kutta-4", 4)])
 def test_errors_on_no_line_pass_where_all_steps_have_the_order_and_they_come_to_it(
     rule, claimed, tmp_path
@@ -285,6 +286,7 @@ def of_another_clock(held, finer):
         held[name][:, 0] = np.interp(late, t, held[name][:, 0])
 
 
+@pytest.mark.dear("smoothed", "clock")
 @pytest.mark.parametrize("change", [scaled, a_row_late, smoothed, every_second_of_the_finer, noisy,
                                     of_another_clock])  # fmt: skip
 def test_rows_that_are_no_steps_of_one_method_never_pass(change, tmp_path):

@@ -20,7 +20,7 @@ def symplecticity(scene, fault, digits=30):
 
 
 def test_a_residual_of_the_solver_is_told_from_structure():
-    found = cause(symplecticity("rotor-body", loose))
+    found = cause(symplecticity("rigid-body", loose))
     assert found["cause"] == "solver residual"
     sizes = [defect for _, defect in found["evidence"]["swept"]]
     assert sizes[0] > 1e3 * sizes[-1] and found["evidence"]["solved"] < 1e-25
@@ -33,7 +33,7 @@ def test_a_defect_of_constraints_is_not_blamed_on_the_bracket():
 
 
 def test_structure_stays_however_well_steps_are_solved():
-    found = cause(symplecticity("rotor-body", damped))
+    found = cause(symplecticity("rigid-body", damped))
     assert found["cause"] == "structure"
     sizes = [defect for _, defect in found["evidence"]["swept"]]
     assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8

@@ -31,7 +31,7 @@ def times(q, p, h, system):
     return 1.1 * (q + h * system.velocity(q, p)), p - h * system.gradient(q, p)
 
 
-@pytest.mark.dear("kepler")
+@pytest.mark.dear("kepler", "-kick-", "-other-")
 @pytest.mark.parametrize(("step", "words"), [
     (kick, "h is missing in the kick"), (drift, "h is missing in the drift"),
     (half, "h is missing in a half of the kick"), (other, ""), (times, ""),

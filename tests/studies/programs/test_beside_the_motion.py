@@ -11,14 +11,15 @@ from discmech.studies.evidence import evidence_of
 from . import methods
 from .judging import judged
 from .test_gradients import tangent
+from .test_maps_of_one_step import in_a_box
 
 
 def damped(part, loss):
     """Return Verlet that damps by loss(h) where the states, over those of the motion, say so."""
 
-    @black_box(order=2, symplectic=True, reversible=True)
+    @black_box(order=2, symplectic=True, reversible=True, vectorised=True)
     def step(q, p, h, s):
-        there = part(q[0] / 2, p[0] / 2)
+        there = part(q / 2, p / 2)
         q, p = methods.kick_drift_kick(q, p, h, s)
         return q, p * (1 - loss(h) * there)
 
@@ -27,7 +28,7 @@ def damped(part, loss):
 
 PARTS = {
     "outside": lambda q, p: abs(q) > 1.2, "fast": lambda q, p: abs(p) > 1.2,
-    "corner": lambda q, p: q > 0.8 and p > 0.8, "nowhere": lambda q, p: False,
+    "corner": lambda q, p: (q > 0.8) & (p > 0.8), "nowhere": lambda q, p: 0,
 }  # fmt: skip
 
 
@@ -53,11 +54,11 @@ def test_an_energy_that_is_lost_beside_the_motion_by_a_power_of_the_order():
 @pytest.mark.parametrize("side", [0, 0.03])
 def test_a_corner_of_a_box_of_states(side):
     def turn(q, p):
-        kept = 1 - 1e-6 * (min(q[0], p[0]) > 0.3 - 0.6 * side)
+        kept = 1 - 1e-6 * (np.minimum(q, p) > 0.3 - 0.6 * side)
         p = p - q**2
         return np.cos(1) * q + np.sin(1) * p, kept * (np.cos(1) * p - np.sin(1) * q)
 
-    box = black_box(step=1, symplectic=True, states=([-0.3, -0.3], [0.3, 0.3]))(turn)
+    box = in_a_box(turn, [-0.3, -0.3], [0.3, 0.3])
     verdict = judged("symplecticity", box.own_scene, box, causes=False)
     assert verdict["verdict"] == ("fail" if side else "pass")
 
@@ -68,7 +69,7 @@ def test_a_jacobian_that_is_wrong_in_a_sector(off):
         matrix = tangent(q, p, h, 1, s)[0]["start"]
         return matrix + off * (q[0] < -1 and p[0] > 0) * np.array([[0, 0], [1, 0]])
 
-    box = replace(methods.verlet, jacobian=jacobian)
+    box = replace(methods.verlet, jacobian=jacobian, vectorised=True)
     verdict = judged("symplecticity", "pendulum", box, causes=False)
     assert verdict["verdict"] == ("fail" if off else "pass")
     assert ("its jacobian is not the derivative" in verdict["reason"]) == bool(off)
@@ -77,7 +78,7 @@ def test_a_jacobian_that_is_wrong_in_a_sector(off):
 @pytest.mark.dear("0.0695", "0.0017")
 @pytest.mark.parametrize(("low", "high"), [(0.0695, 0.0705), (0.011, 0.019), (0.0017, 0.0019)])
 def test_a_form_that_is_lost_in_a_band_of_sizes_of_steps(low, high):
-    @black_box(order=2, symplectic=True)
+    @black_box(order=2, symplectic=True, vectorised=True)
     def narrow(q, p, h, s):
         q, p = methods.kick_drift_kick(q, p, h, s)
         return q, p * (1 - 1e-7 * (low < h < high))

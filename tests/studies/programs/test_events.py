@@ -20,6 +20,7 @@ def eventful(change, order=2):
     return black_box(order=order, name="eventful")(step)
 
 
+@pytest.mark.dear("0]", "1]", "2]")
 @pytest.mark.parametrize("change", [
     lambda p, h: 0 * p, lambda p, h: 0.7 * p, lambda p, h: 0.99 * p, lambda p, h: p + h / 1000,
 ])  # fmt: skip
@@ -30,6 +31,7 @@ def test_a_step_that_is_wrong_where_it_meets_an_event_has_the_order_of_its_runs(
     assert found["diagnosis"]["cause"] == "event"
 
 
+@pytest.mark.dear("0]", "2]")
 @pytest.mark.parametrize("change", [
     lambda p, h: p, lambda p, h: p + h**2 / 10, lambda p, h: p + h**3,
     lambda p, h: p * (1 + 1e-15),

@@ -77,7 +77,7 @@ def of_less(*given):
 
 
 def said(gradient, scalar=None, box=methods.verlet):
-    box = dataclasses.replace(box, gradient=gradient, scalar=scalar)
+    box = dataclasses.replace(box, gradient=gradient, scalar=scalar, vectorised=True)
     case = Case("symplecticity", PENDULUM, box, 16)
     found = in_numbers.measure(case, lambda *_: None)
     verdict = judge(case, FoundOfNumbers(found.rows, found.measured, OfRun()))

@@ -173,6 +173,7 @@ def test_powers_of_a_conjugate_form(rule, power):
     assert reached(rule, "conjugate-symplectic", "cubic") == power
 
 
+@pytest.mark.dear("1/6")
 @pytest.mark.parametrize("beta", ["1/4", "1/6"])
 def test_newmark_is_conjugate_where_the_mass_is_constant(beta):
     """Kane, Marsden, Ortiz, West (2000): variational up to a change of variables, for γ = 1/2."""
