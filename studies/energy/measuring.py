@@ -39,7 +39,10 @@ from .judging_modified import drift_of, drifts_beside, is_told
 from .records import NOT_BACK, Beside, Found
 
 NAME = "energy"
-NEEDS = "it needs a Lagrangian."
+NEEDS = (
+    "it needs a Lagrangian, and recorded runs a scene whose energy nothing changes: energy is held "
+    "against the work of each step, and they have no further steps."
+)
 DIGITS = (16,)
 OF_ENERGY = 4  # a quarter of the states at which the study of symplecticity looks at the form
 ALONE = 20_000  # steps of a forced scene without its force
@@ -50,9 +53,15 @@ def cases(choice: Choice) -> list[Case]:
     on_scenes = [
         c
         for c in plain_cases(NAME, choice, DIGITS)
-        if c.scene.lagrangian is not None or c.scene.in_numbers
+        if (c.scene.lagrangian is not None or c.scene.in_numbers)
+        and not (c.rule.is_recorded and _work_is_done(c))
     ]
     return [*on_scenes, *lattice_cases(NAME, choice)]
+
+
+def _work_is_done(case: Case) -> bool:
+    """True if a force, the time or a constraint changes the energy during the case."""
+    return balance.applies(case) and balance.acts(case.scene, _steps(case) * float(case.scene.step))
 
 
 def measure(case: Case, progress: Progress = silent) -> Found:
@@ -87,16 +96,10 @@ def _measure(case: Case, progress: Progress) -> Found:
     system = system_of(case)
     if "modified_energy" in system.lacks:
         return _by_long_runs(case, system, progress)
-    steps = _steps(case)
     if balance.applies(case):
         alone = _alone(case)
-        if not balance.acts(case.scene, steps * float(case.scene.step)):
+        if not _work_is_done(case):
             return _measure(alone, progress)
-        if case.rule.is_recorded:
-            raise CannotMeasure(
-                f"{case.scene.name}: its energy is held against the work of each step, and "
-                "recorded runs have no further steps."
-            )
         record = balance.measure(case, progress)
         # alone it is only measured, or constraints with other reactions still work
         if case.scene.no_energy or balance.applies(alone):
@@ -106,6 +109,7 @@ def _measure(case: Case, progress: Progress) -> Found:
             record = replace(record, alone=_measure(alone, progress))
         return record
 
+    steps = _steps(case)
     still, turns, along = False, 0, list[Change]()
     beside = modified.beside(case) or _where_form_is_lost(case)
     at_places = drifts_beside(beside)
