@@ -361,8 +361,10 @@ def _walk(
     """Return the largest effects of a step on the measured H̃, at the run's fastest states.
 
     (round-off of H itself, the effect of one rounding of each coordinate in units of ε in the mean
-    square, the common effect of a rounded coefficient in each step in units of ε, and the change of
-    H̃ in one step: beyond its series, of which a walk remains, no symplectic method changes it).
+    square, the common effect of roundings that go one way in each step in units of ε, and the
+    change of H̃ in one step: beyond its series, of which a walk remains, no symplectic method
+    changes it). One way go a rounded coefficient of a step, and the last rounding of each
+    coordinate of a program: a rotation matrix of numbers is not quite orthogonal, and always so.
     """
     some = np.unique(np.linspace(0, count - 1, 4096).astype(int))
     speed = (np.abs(dual(rows(some))[2]) / np.where(moved > 0, moved, np.inf)).max(axis=1)
@@ -377,6 +379,8 @@ def _walk(
     _, terms, f, slope, *_ = dual(at)
     rounded = np.sqrt(((slope * at) ** 2).sum(axis=1)).max()
     one_way = abs(float(flow.step)) * np.abs(slope * f).sum(axis=1).max()
+    if not flow.scheme.rule.is_formula:
+        one_way += np.abs(slope * at).sum(axis=1).max()
     _, lost, _, _ = _along(flow, dual, at, next_ones, size, SHORT)
     lost = np.abs(lost[np.isfinite(lost)]).max(initial=0.0)
     return EPS * float(terms.max()), float(rounded), float(one_way), float(lost)
