@@ -11,7 +11,7 @@ from ..core.records import decoded
 from ..evidence.cloud import STEPS_ASKED
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import WAY_BACK
-from ..symplecticity.in_numbers import resolved
+from ..symplecticity.in_numbers import may_hide, wanted_share
 from .records import Found, FoundOfNumbers
 
 _NO_WAY_BACK = "Φ₋ₕ is not the inverse of Φₕ."
@@ -42,7 +42,8 @@ def _place(record: Found) -> str:
 
 def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, and pass a resolved absence."""
-    measured, expected = record.measured, dict[str, Any](resolved=resolved(case))
+    measured, left = record.measured, record.left or 0.0
+    expected: dict[str, Any] = {"resolved": wanted_share(case, left)}
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if measured.defect is None:
@@ -55,9 +56,8 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
         said += f"most in {row.entry}, at step {row.step:.3g}, t = {row.time:.3g}: "
         said += _NO_WAY_BACK if case.rule.only_step is None else _NO_TURN
         return Verdict("fail", said, expected)
-    left, resolution = record.left or 0.0, measured.resolution or 0.0
-    expected["left"] = left
-    if resolution <= resolved(case) * left:
+    resolution, expected["left"] = measured.resolution or 0.0, left
+    if resolution <= may_hide(case, left):
         said = f"{record.asked} {STEPS_ASKED} went back, all along the motion." * bool(record.asked)
         return Verdict("pass", said, expected)
     said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "

@@ -25,7 +25,7 @@ from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
 from .form_in_numbers import Defect, random_curve
-from .in_numbers import curve_defect, free_states, resolved
+from .in_numbers import curve_defect, free_states, may_hide
 from .judging_form import is_defect
 from .places import map_of, scale_of
 from .records import FoundOfNumbers, OfRun
@@ -36,6 +36,7 @@ CALLS, ASKS, USUAL = 2**15, 4, 10**5
 MOST, LEAST = 2**11, 2**5  # steps of a run
 POINTS = 32  # of a curve
 ROWS = 16  # rows of a run at which its curve is looked at
+LEGS = 8  # runs after one another, each from where the form was last resolved
 #: sizes of a curve in parts of the motion; a smaller one is for runs that draw it out too far
 REACHES = (0.02, 1e-3, 5e-5)
 STARTS = 64  # drawn states of a map's box, of which that with the longest run in it is taken
@@ -65,10 +66,13 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
 
 
 def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
-    """Return the first certain defect of the form along a run, and how far the form is seen."""
+    """Return the first certain defect of the form along a run, and how far the form is seen.
+
+    A motion that draws closed curves out, as near a saddle, is covered by runs after one another.
+    """
     scheme: Any = case.scheme
     flow, z = _start(case, seed)
-    embed, reach = free_states(case, flow.system, z, scale)
+    _, reach = free_states(case, flow.system, z, scale)
     curves = 1 if len(reach) == 2 else 2  # of two numbers the form has one entry
     calls = curves * (1 if scheme.rule.vectorised else POINTS)
     work = calls * max(ASKS, flow.questions()) * USUAL
@@ -78,19 +82,24 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     if (steps := stays // ROWS * ROWS) == 0:
         return OfRun(float(flow.step), left=stays)
     run = guarded(map_of(flow, steps, rows=ROWS), ROWS * len(z))
-    drawn = np.random.default_rng(seed + 4)
-    defects = [_of_curve(case, flow.system, run, z, scale, embed, reach, drawn)
-               for _ in range(curves)]  # fmt: skip
-    part = steps // ROWS
-    rows = [_worse(*of) if len(of) > 1 else of[0] for of in zip(*defects, strict=True)]
-    seen = max((k for k, row in enumerate(rows, 1) if row.resolution <= resolved(case)), default=0)
-    unit = scheme.rule.unit(16)
-    broken = next((k for k, row in enumerate(rows, 1)
-                   if is_defect(row.certain, unit, part * k)), 0)  # fmt: skip
-    certain = rows[broken - 1].certain if broken else 0.0
-    again = repeated(flow, z, scale, steps, seed=seed).gap
-    left = stays if stays < whole else 0
-    return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again, left)
+    is_map = scheme.rule.only_step is not None
+    wanted = 0 if is_map else min(steps, case.scene.steps_for(flow.step))
+    drawn, part, unit = np.random.default_rng(seed + 4), steps // ROWS, scheme.rule.unit(16)
+    of_run, at = OfRun(float(flow.step), steps, left=stays if stays < whole else 0), z
+    for _ in range(LEGS):
+        where = flow.system, run, at, scale, *free_states(case, flow.system, at, scale), drawn
+        of = zip(*(_of_curve(case, *where) for _ in range(curves)), strict=True)
+        rows = [_worse(*each) if len(each) > 1 else each[0] for each in of]
+        told = [k for k, row in enumerate(rows, 1) if row.resolution <= may_hide(case)]
+        seen = part * max(told, default=0)
+        of_run = replace(of_run, seen=max(of_run.seen, seen), covered=of_run.covered + seen)
+        broken = [k for k, row in enumerate(rows, 1) if is_defect(row.certain, unit, part * k)]
+        if broken:
+            of_run = replace(of_run, broken=part * broken[0], certain=rows[broken[0] - 1].certain)
+        if broken or seen == 0 or of_run.covered >= wanted:
+            break
+        at = np.asarray(run(at)).reshape(ROWS, -1)[max(told) - 1]
+    return replace(of_run, again=repeated(flow, z, scale, steps, seed=seed).gap)
 
 
 def _longest(scheme: Any, flow: Any, z: Vector, steps: int, seed: int) -> tuple[Vector, int]:
@@ -140,7 +149,7 @@ def _of_curve(
         defects = [curve_defect(case, system, f, z, scale, curve) for f in maps]
         best = [min(pair, key=lambda each: each.resolution)
                 for pair in zip(best, defects, strict=True)]  # fmt: skip
-        if best[-1].resolution <= resolved(case) or any(of.certain for of in best):
+        if best[-1].resolution <= may_hide(case) or any(of.certain for of in best):
             break
     return best
 

@@ -34,6 +34,9 @@ from .records import FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers, V
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
+#: nor is one of so much of the motion, a tenth of a fault that matters in doubles, if it is a
+#: millionth of that defect, too: methods of high order leave little at any step
+FINE, OF_LEFT = 1e-10, 1e-6
 LOOPS = 6  # closed curves per place
 # their sizes in parts of the motion; the next is for a place where one is too large
 REACHES = (0.08, 0.02, 0.005)
@@ -113,8 +116,7 @@ def undecided(case: Case, rows: Sequence[Resolved]) -> bool:
     certain = [row.certain for row in rows if row.certain is not None]
     if not certain or is_defect(max(certain), case.rule.unit(16)):
         return False
-    part = resolved(case) / CLEARLY
-    return sum(row.resolution <= part * row.left for row in rows
+    return sum(CLEARLY * row.resolution <= may_hide(case, row.left) for row in rows
                if row.resolution is not None and row.left is not None) < ENOUGH  # fmt: skip
 
 
@@ -260,6 +262,15 @@ def _measured(rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
     return MeasuredOfNumbers(None, max(certain, *told), certain, resolution, again)
 
 
-def resolved(case: Case) -> float:
-    """Return `RESOLVED` in units of the program's round-off; at most a hundredth."""
-    return min(0.01, RESOLVED * case.rule.unit(16) / 2.0**-53)
+def may_hide(case: Case, left: float = 1.0) -> float:
+    """Return the largest defect that a pass may hide, where other methods leave a defect `left`.
+
+    It is in units of the program's round-off; at most a hundredth of it.
+    """
+    most = max(RESOLVED * left, min(OF_LEFT * left, FINE))
+    return min(0.01 * left, most * case.rule.unit(16) / 2.0**-53)
+
+
+def wanted_share(case: Case, left: float) -> float:
+    """Return `may_hide` as a share of the defect left by other methods, for tables."""
+    return may_hide(case, left) / left if left else may_hide(case)

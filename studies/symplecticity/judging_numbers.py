@@ -20,7 +20,7 @@ from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
 from ..core.outcome import named
 from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
-from .in_numbers import ENOUGH, decisive, resolved
+from .in_numbers import ENOUGH, decisive, may_hide, wanted_share
 from .judging_form import is_defect
 from .limits import LIMITS
 from .own_derivatives import STEPS
@@ -49,7 +49,8 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
 
 def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
     measured, rows = record.measured, record.rows
-    expected: dict[str, Any] = {"resolved": resolved(case)}
+    left = decisive(rows).left or 0.0 if measured.resolution else 0.0
+    expected: dict[str, Any] = {"resolved": wanted_share(case, left)}
     reason = not_claimed(case.rule, "symplectic")
     if not reason and not _closed_force(case):
         reason = "forced: the exact flow changes the form, which need not be kept; measured only"
@@ -96,22 +97,23 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
         said += f"{run.step:.3g} the defect over closed curves of starts is {run.certain:.2g} "
         said += f"beyond every error{rough * (noise * ITERATIONS * run.broken >= run.certain)}."
         return Verdict("fail", said, expected, measured={"run": run.certain})
-    left = expected["left"] = decisive(rows).left or 0.0
+    expected["left"] = left
     if missing := [r for r in rows if r.certain is None]:
         said = f"{len(missing)} of {len(rows)} steps around the motion failed"
         return Verdict("inconclusive", f"{said}: {missing[0].why_not}.", expected)
     resolution = measured.resolution or 0.0
-    if resolution <= resolved(case) * left:
+    if resolution <= may_hide(case, left):
         is_map = case.rule.only_step is not None
         wanted = 0 if is_map or not run.steps else case.scene.steps_for(run.step)
-        if run.seen < min(run.steps, wanted):
+        if run.covered < min(run.steps, wanted):
             said = "single steps keep the form, and closed curves of starts tell nothing of it "
-            said += f"after more than {run.seen} steps of {run.step:.3g} of the motion"
+            said += f"after more than {run.covered} steps of {run.step:.3g} of the motion"
             return Verdict("inconclusive", f"{said}{rough}.", expected)
         if unknown := _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
         told = "the form is kept in single steps"
         told += f" and in runs of up to {run.seen} steps" if run.seen else ""
+        told += " that together cover the motion" if run.covered > run.seen else ""
         if run.left:
             told += f"; its orbits leave the box after {run.left} steps or fewer, and end there"
         told += "; the motion of a map of one step is not held against a scene's" * is_map
@@ -165,12 +167,12 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
 def _jumps(case: Case, record: FoundOfNumbers) -> Verdict | None:
     """Return a fail if a step jumps across a surface, so that it is not one to one.
 
-    Steps smaller than what is no defect (`resolved`) count as none. By a large one the images of
+    Steps smaller than what is no defect (`may_hide`) count as none. By a large one the images of
     the two sides are far apart, and may be those of no others.
     """
     left = decisive(record.rows).left or 0.0 if record.jumps else 0.0
     for jump in record.jumps:
-        if jump.size <= resolved(case) * left or not (jump.across or 0.0) > LIMITS["jump across"]:
+        if jump.size <= may_hide(case, left) or not (jump.across or 0.0) > LIMITS["jump across"]:
             continue
         said = f"a step jumps by {jump.size:.2g} of the motion where it crosses {_at(jump)}, at "
         said += f"step {jump.step:.3g}, and not along the image of the surface that it jumps at: "
@@ -265,7 +267,7 @@ def _volume_unknown(case: Case, rows: Sequence[OfNumbers]) -> str:
     if not _claims_volume(case):
         return ""
     told = [r for r in rows if r.volume and r.left is not None
-            and r.volume.resolution <= resolved(case) * r.left]  # fmt: skip
+            and r.volume.resolution <= may_hide(case, r.left)]  # fmt: skip
     if len(told) >= min(ENOUGH, len(rows)):
         return ""
     return (

@@ -1,5 +1,7 @@
 """The form along a long run of a program: faults that the first steps do not have."""
 
+from dataclasses import replace
+
 import pytest
 
 from discmech import black_box, scenes
@@ -28,7 +30,8 @@ class DampsLater:
 
 
 def of_run(box, scene="pendulum"):
-    case = Case("symplecticity", scenes.get(scene), box, 16)
+    scene = scenes.get(scene) if isinstance(scene, str) else scene
+    case = Case("symplecticity", scene, box, 16)
     return along_run._of_run(case, scale_of(case.scheme), 0)
 
 
@@ -65,6 +68,12 @@ def test_rows_of_a_run_are_the_ends_of_shorter_ones(damped, same, monkeypatch):
 def test_a_sound_run_keeps_the_form(box, scene):
     found = of_run(box, scene)
     assert not found.broken and found.seen == found.steps and found.again < 1e-12
+
+
+def test_a_motion_that_draws_curves_out_is_covered_by_runs_after_one_another():
+    almost_upright = replace(scenes.get("pendulum"), x0=[0], v0=["1.99999"], duration=16)
+    of = of_run(methods.verlet, almost_upright)
+    assert not of.broken and of.seen < almost_upright.steps_for(of.step) <= of.covered
 
 
 class Plain(DampsLater.formula):
