@@ -153,8 +153,8 @@ _REMEDIES = (
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
     (r"Matrix size mismatch: \(\d+, 1\) \+ ",
-     "where x and u are not of one size (x ends with the time, if there is one), a point is no sum "
-     'of them: write G.target(x, u, h/2), or say @discretisation(groupoids="pair")'),
+     "where x and u are not of one size (x ends with the time), a point is no sum of them: write "
+     'G.target(x, u, h/2); groupoids="pair" leaves out scenes that are on no pairs'),
     (r"'MutableDenseMatrix'|NonSquareMatrix|mismatch: \(\d+, 1\) \* ",
      "points and velocities are columns: take an entry, as in sympy.cos(x[0]), or v.dot(v)"),
 )  # fmt: skip

@@ -116,12 +116,16 @@ class ConstrainedEquations(StepEquations):
                 "straight step and with its velocity u; take midpoint or trapezoidal, or a "
                 "composition of one that is its own adjoint."
             )
+        if not self.asked:
+            raise BadInput(
+                f"{at} constraints need a weighted sum of values of L, which it is not: "
+                f"{of.unweighted}"
+            )
         total = sympy.expand(sum((weight for weight, _ in self.asked), sympy.Integer(0)))
         if total != self.h:
-            what = f"have the sum {total}" if self.asked else "are not known one by one"
             raise BadInput(
-                f"{at} the weights of L {what}, and under constraints their sum has to be h, "
-                "exactly: write L(x, u)/6 and not 1/6*L(x, u), which is a float."
+                f"{at} the weights of L have the sum {total}, and under constraints it has to be "
+                "h, exactly: write L(x, u)/6 and not 1/6*L(x, u), which is a float."
             )
 
     def check_regular(self, scene: Scene, rule: Discretisation) -> None:

@@ -20,6 +20,8 @@ from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Placed, Point, place_point, placed
 
+LONG = 2**20  # a fraction with a larger power of 2 as its denominator was written as a float
+
 
 class DiscreteLagrangian:
     """L_d of a rule in a `graph`: its `value`, its `gradient` and the `points` of the step.
@@ -49,7 +51,8 @@ class DiscreteLagrangian:
         self._points: dict[Expression, Point] = {}
         self._charts: dict[Hashable, list[Node]] = {}
         self._curves: dict[tuple[Hashable, ...], CurveTerm] = {}
-        self.weighted = False  # True if L_d is a weighted sum of values of L, and nothing else
+        #: of an L_d that is no weighted sum of values of L, and nothing else: what to do, or ""
+        self.unweighted = "take another rule."
         self.element: Element | None = None
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
@@ -60,6 +63,11 @@ class DiscreteLagrangian:
         if s.given is None and s.hamiltonian is None:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
         self._take_apart(value_of_rule(rule, self.L, self.G))
+
+    @property
+    def weighted(self) -> bool:
+        """Return True if L_d is a weighted sum of values of L, and nothing else."""
+        return not self.unweighted
 
     @property
     def expression(self) -> Expression:
@@ -87,16 +95,23 @@ class DiscreteLagrangian:
         weights = jacobian([weighted], letters)
         rest = weighted.xreplace(dict.fromkeys(letters, sympy.Integer(0)))
         linear = weighted - rest - sum(w * e for w, e in zip(weights, letters, strict=True))
-        if weights.free_symbols - set(self.s.q) or linear.expand() != 0:
+        varied = weights.free_symbols - set(self.s.q)
+        if varied or linear.expand() != 0:
             # no weighted sum: derived as a whole, also by letters that a Subs or an integral binds
             weighted, names, weights = formula.xreplace({c: c.written_out() for c in outer}), {}, []
             weighted = weighted.doit()
-        self.weighted = bool(len(weights)) and rest == 0
+        if len(weights) and rest == 0:
+            self.unweighted = ""
+        elif varied & {*self.s.x, *self.s.u, *self.s.stages}:
+            self.unweighted = "its weights depend on the state, and have to be constant."
+        elif any(e.q > LONG and e.q & (e.q - 1) == 0 for e in formula.atoms(sympy.Rational)):
+            self.unweighted = (
+                "write its weights as fractions: L(x, u)/6 and not 1/6*L(x, u), which is a float."
+            )
         if self.s.forced and not len(weights):
             raise BadInput(
                 f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "
-                "has there, and this rule is no weighted sum of values of L; take another rule, or "
-                "write its weights as fractions: L(x, u)/6 and not 1/6*L(x, u), which is a float."
+                f"has there, and this rule is no weighted sum of values of L: {self.unweighted}"
             )
         for weight, call in zip(weights, names, strict=True):
             if weight != 0:

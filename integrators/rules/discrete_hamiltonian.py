@@ -99,10 +99,10 @@ def _equations(
     swap = dict(zip([*x, *mu], [e for part in of for e in part], strict=True))
     for (own_x, own_mu), slope in zip(inside, K[1:], strict=True):
         swap |= dict(zip([*own_x, *own_mu], z + h * slope, strict=True))
-    # dH at the recorded states, and H itself if H_d is not linear in it
+    # dH at the recorded states, and H itself if H_d is not linear in it, or has it times a state
     slopes = [s.dH(state.xreplace(swap)) for state in asked.states]
     weights = [value.diff(e) for e in asked.values]
-    if any(w.has(*asked.values) for w in weights if asked.values):
+    if any(w.free_symbols - {h} for w in weights):
         swap |= {e: s.H(state.xreplace(swap)) for e, state in
                  zip(asked.values, asked.states, strict=True)}  # fmt: skip
 

@@ -12,7 +12,7 @@ from ..core.records import decoded
 from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
 from .cloud import STEPS_ASKED, WIDE
-from .laws import AGAIN, ARROW, FORM, WAY_BACK
+from .laws import AGAIN, ARROW, ENERGY, FORM, WAY_BACK
 
 #: the key of the record in a measurement
 LOCAL = "local"
@@ -31,6 +31,7 @@ WORDS = {
         "moves (x, μ) rightly", "has an arrow u that differs from the velocity ξ(x, μ) by",
         ": the body turns as another one, as with a Casimir added to H",
     ),
+    ENERGY[True].name: ("keeps the energy in its band", "changes the energy by", ""),
 }  # fmt: skip
 #: what the limit of a law allows for, where it is more than round-off
 ALLOWS = {ARROW.name: "a step so short"}
@@ -70,7 +71,7 @@ def judge(
     for law in (*laws, AGAIN.name, ARROW.name) if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
-            said = broken(law, one, local.seed, what)
+            said = broken(law, one, local.seed, what, kept=verdict.verdict == "pass")
             return Verdict("fail", said, verdict.expected, why=STEPS_ARE_OFF)
     verdict = _of_order(local, verdict, wanted, asks_order, what, kept)
     if verdict.verdict != "pass":
@@ -135,19 +136,20 @@ def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
     return f"{said}, however little that is in the runs."
 
 
-def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
+def broken(law: str, one: Departure, seed: int | None, what: str = "", kept: bool = True) -> str:
     """Return the sentence on a step that does not keep a law.
 
-    what: the motion that the step is of, where that is no run of the study.
+    what: the motion that the step is of, where that is no run of the study. kept: whether the run
+    is known to keep it.
     """
     if one.place.startswith(ROW):
         said = f"from {one.place} {one.name} changes by {one.size:.2g}, where "
         return f"{said}round-off would leave at most {one.limit:.0e}."
     run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
-    said = f"in {what}" if what else f"the run {run}, but"
+    said = f"in {what} " if what else f"the run {run}, but " * kept
     drawn = "" if seed is None else f" (seed {seed})"
     return (
-        f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn "
+        f"{said}a step of {one.step:.3g} from {one.place}, a place that was drawn "
         f"{'on' if one.on_motion else 'beside'} the motion{drawn}, {step} {one.size:.2g}, where "
         f"{ALLOWS.get(law, 'round-off')} would leave at most {one.limit:.0e}{then}."
     )

@@ -10,8 +10,10 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import Scheme
+from discmech.integrators.equations import momentum, rates
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import arithmetic, first_violation
+from discmech.integrators.numbers import arithmetic, first_violation, jacobian, to_sympy
+from discmech.integrators.scene import Conserved
 
 from ..causes.round_off import ROWS, size
 from ..core.case import Case, silent
@@ -49,6 +51,8 @@ def cause_of_drift(case: Case, drift: dict[str, float], steps: int) -> dict[str,
         )
     if worst.attitude or worst.stretch is not None:
         return None
+    if fault := of_scene(scheme, worst):
+        return fault
     if scheme.equations.element is not None or scheme.arrows is None:
         return None
     flow = Flow(scheme, case.scene.step, 30)
@@ -77,6 +81,14 @@ def cause_of_drift(case: Case, drift: dict[str, float], steps: int) -> dict[str,
             'declare it as kind="first integral".',
             evidence,
         )
+    if gap > KEPT and worst.of_step:
+        return named(
+            "quantity",
+            f"a step does not keep {worst.name}, whose formula has the step in it: at the two ends "
+            f"of an arrow{place}, (x, F⁻/h) and (b, F⁺/h), its values differ by {gap:.1e}; mend "
+            "the formula, or take the rule that it belongs to.",
+            evidence,
+        )
     if gap > KEPT:
         return named(
             "invariance",
@@ -91,6 +103,31 @@ def cause_of_drift(case: Case, drift: dict[str, float], steps: int) -> dict[str,
         f"{time:.4g} change it by {change:.1e}, and their arrows, solved with 30 digits, by "
         f"{made:.1e}; it is the solver or the update, which discmech symplecticity tells apart.",
         evidence,
+    )
+
+
+def of_scene(scheme: Scheme, quantity: Conserved) -> dict[str, Any] | None:
+    """Return the scene as the cause if dJ/dt is not zero everywhere by its equations of motion.
+
+    The motion from the start may keep J all the same: in a plane, or before a pulse in the time.
+    It is asked on pairs without constraints; on an orbit of an action J may be kept there alone.
+    """
+    s, scene = scheme.s, scheme.scene
+    known = s.groupoid.canonical and not s.degenerate and scene.hamiltonian is None
+    if not known or scene.all_constraints or scene.in_numbers or quantity.of_step:
+        return None
+    formula = formula_of(scheme, quantity, scene.step)
+    rate = jacobian(list(formula), [*s.x, *s.mu]) * rates(s)
+    values = map(to_sympy, scene.parameter_values)  # masses may have to be equal
+    rate = rate.xreplace(dict(zip(s.mu, momentum(s), strict=True)))
+    if first_violation(rate.xreplace(dict(zip(s.parameter_list, values, strict=True)))) is None:
+        return None
+    name = quantity.name
+    return named(
+        "scene",
+        f"{name} is no constant of the motion: by the scene's equations d({name})/dt is not 0 at "
+        "all states and times; no rule can keep it there, so mend its formula, or the Lagrangian.",
+        {"quantity": name},
     )
 
 

@@ -14,9 +14,10 @@ from ..core.outcome import named
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import ROUNDINGS
-from .cause import cause_of_drift
+from .cause import cause_of_drift, of_scene
 from .limits import LIMITS
 from .measuring import WORKED, _claimed, _epsilon, _over, round_off, walks_of
+from .quantities import kept_in
 from .records import Found
 from .sight import key_of
 
@@ -142,18 +143,23 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     limits = judge(case, measurement).expected.get("limits", {})
     beyond = {k: v for k, v in drift.items() if not v <= limits.get(k, 0)}
     cause = cause_of_drift(case, beyond, measurement["steps"])
-    return cause or _of_sizes(case, measurement) or of_law(case, measurement, "momentum")
+    return cause or _of_single_steps(case, measurement) or of_law(case, measurement, "momentum")
 
 
-def _of_sizes(case: Case, measurement: Measurement) -> dict[str, Any] | None:
-    """Return the cause of a change by some sizes of steps of a rule, without a drift of its run."""
+def _of_single_steps(case: Case, measurement: Measurement) -> dict[str, Any] | None:
+    """Return the cause of a change by single steps of a rule, without a drift of its run."""
     laws = decoded(Found, measurement).local
     broken = [each for name, each in (laws.laws if laws else {}).items()
               if name.startswith(key_of("")) and each.broken]  # fmt: skip
     if case.scheme.arrows is None or case.scene.force is not None or not broken:
         return None
     worst = max(broken, key=lambda each: each.size or math.inf)
-    if worst.step == float(case.scene.step):
+    (quantity,) = (q for q in kept_in(case) if q.name == worst.name)
+    if quantity.attitude:
+        return None
+    if fault := of_scene(case.scheme.base, quantity):
+        return fault
+    if quantity.of_step or worst.step == float(case.scene.step):
         return None
     said = f"L_d is not invariant under the symmetry of {worst.name} at steps of {worst.step:.2g}; "
     said += f"at the scene's own, {float(case.scene.step):.2g}, the run keeps it: look for what "

@@ -19,6 +19,7 @@ from ..core.ended import refuse_ended
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR, evidence_of
 from ..evidence.measuring import single_steps
+from ..evidence.places import Place
 from ..systems import system_of
 from .window import REACHED
 
@@ -45,9 +46,12 @@ def measured(case: Case, runs: float | None = None) -> SingleSteps | None:
     local = replace(local, rate=evidence.rate(case.order or 2), linear=evidence.linear)
     if case.rule.effective:
         local = replace(local, effective=evidence.effective)
-    # not if it is low in some part of the motion alone
-    low = any(c.place.beside and c.order is not None and c.order < least - NEAR
-              for c in evidence.order.components)  # fmt: skip
+    lowest: dict[Place, float] = {}
+    for c in evidence.order.components:
+        if c.place.beside and c.order is not None:
+            lowest[c.place] = min(c.order, lowest.get(c.place, c.order))
+    # a bump in one part of the states is low at some of these places alone
+    low = len(lowest) > 1 and all(order < least - NEAR for order in lowest.values())
     if low and runs is not None and not below(case, runs):
         local = replace(local, on_motion=evidence.on_motion.order)
     return local

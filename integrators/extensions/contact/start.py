@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ...equations import SceneSymbols
@@ -93,10 +95,12 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
         ]
         if not any((abs(r - 1) < SAME).any() for r in ratios):
             ratio = min(ratios[0].ravel(), key=lambda r: abs(np.log(r)))
+            few = max(3, 2 - math.floor(math.log10(abs(ratio - 1))))  # digits beyond those of 1
             sentences.append(
-                f"gap {i} is no distance: it grows by {ratio:.3g} where its touching point moves "
-                f"by 1 along its plane, so friction is {1 / ratio:.3g} of what friction= says; "
-                "divide the gap by that, or give the coordinates of the plane in the same unit."
+                f"gap {i} is no distance: it grows by {ratio:.{few}g} where its touching point "
+                f"moves by 1 along its plane, so friction is {1 / ratio:.{few}g} of what "
+                "friction= says; divide the gap by that, or give the coordinates of the plane in "
+                "the same unit."
             )
     return sentences
 

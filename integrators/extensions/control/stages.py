@@ -265,6 +265,11 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
 
     s = SceneSymbols(Scene("still", scene.groupoid, still, x0=scene.x0, v0=scene.v0), rule.stages)
     of = DiscreteLagrangian(s, rule)
+    if not of.asked:
+        raise CannotMeasure(
+            f"{scene.name}: cost and force take the weights of {rule.name}, which is no weighted "
+            f"sum of values of L: {of.unweighted}"
+        )
     times = [acting.point[-1] for acting in force_points(of)]
     at = {c: sympy.Float(v(30), 30) for c, v in s.constants.items()} | {s.x[-1]: 0, s.h: 1}
     weights = [sympy.sympify(weight).xreplace(at) for weight, _ in of.asked]

@@ -56,11 +56,10 @@ class LatticeEquations:
         self.site = DiscreteEquations(s, rule, of)
         if not lattice.bonds_move:
             check_regular(self.site, scene, rule)
-        if not self.site.discrete.of.weighted:
+        if why := self.site.discrete.of.unweighted:
             raise CannotMeasure(
-                f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
-                "is not one of sites and bonds; take another rule, or write its weights as "
-                "fractions: L(x, u)/6 and not 1/6*L(x, u), which is a float."
+                f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step is "
+                f"not one of sites and bonds: {why}"
             )
         bond = _bond_scene(lattice)
         if lattice.constraint is not None and (refusal := rule.refusal(bond)):

@@ -219,9 +219,16 @@ def test_a_force_needs_a_lagrangian_and_a_rule_that_sums_its_values():
     with pytest.raises(BadInput, match="beside a lagrangian="):
         Scene("bad", lie_group(so(3)), v0=[1, 0, 0], force=rubbed,
               discrete_lagrangian=lambda x, u, h, p: h * u.dot(u))  # fmt: skip
-    square = rules.Discretisation("squared", lambda L, G, x, u, h: h * L(x, u) ** 2)
-    with pytest.raises(BadInput, match="no weighted sum of values of L"):
-        Scheme(pendulum(force=rubbed), square)
+    for what, of in (
+        ("take another rule", lambda L, G, x, u, h: h * L(x, u) ** 2),
+        ("depend on the state", lambda L, G, x, u, h: h * (1 + h * x[0]) * L(x, u)),
+        (
+            "write its weights as fractions",
+            lambda L, G, x, u, h: h * (1 / 6 * L(x, u) + 5 / 6 * L(G.target(x, u, h), u)),
+        ),
+    ):
+        with pytest.raises(BadInput, match=f"no weighted sum of values of L: .*{what}"):
+            Scheme(pendulum(force=rubbed), rules.Discretisation("odd", of))
 
 
 def test_a_force_that_is_no_real_number_at_the_start_is_named():

@@ -36,6 +36,12 @@ def arbitrary(H, x, mu, h):
     return mu.dot(x) + sympy.sin(h * H(x + h * mu / 3, mu)) + h**2 * x[0] * mu[0] ** 3
 
 
+@discrete_hamiltonian(order=1)
+def weighted(H, x, mu, h):
+    """The weights of H depend on the state."""
+    return mu.dot(x) + h * (1 + x[0]) * H(x, mu) - h * x[0] * H(x + h * mu, mu)
+
+
 def swift(x, mu, p):
     return sympy.sqrt(1 + mu.dot(mu)) + x.dot(x) / 2
 
@@ -63,7 +69,7 @@ def test_both_types_of_euler_s_method_are_each_other_s_adjoints():
     assert np.abs(x - run.x[-2]).max() < 1e-14 and np.abs(mu - run.mu[-2]).max() < 1e-14
 
 
-@pytest.mark.parametrize("rule", [euler, other_euler, verlet, middle, arbitrary],
+@pytest.mark.parametrize("rule", [euler, other_euler, verlet, middle, arbitrary, weighted],
                          ids=lambda rule: rule.name)  # fmt: skip
 def test_each_step_is_symplectic(rule):
     flow = Scheme(KEPLER, rule).flow("1/50")

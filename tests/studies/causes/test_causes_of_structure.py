@@ -6,12 +6,13 @@ from dataclasses import replace
 import pytest
 import sympy
 
-from discmech.integrators import Conserved, Scene, discretisation, pair, scenes
+from discmech.integrators import Conserved, Scene, Scheme, discretisation, pair, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint
 from discmech.studies import check
 from discmech.studies.causes.solver_sweep import of_symplecticity
 from discmech.studies.core.case import Case
+from discmech.studies.momentum.cause import of_scene
 from tests.studies.causes.faults import Broken, cause, crooked, damped, drifting, impatient, loose
 
 
@@ -104,6 +105,20 @@ def test_a_quantity_that_the_motion_does_not_keep_is_the_scenes_mistake():
     )
     found = told_of(pulled)
     assert found["cause"] == "scene" and found["evidence"]["motion"] > 1e-6
+
+
+@pytest.mark.parametrize(("more", "lost"), [
+    (lambda x, p, t: 0, False), (lambda x, p, t: (p.a - p.b) * x[0], False),
+    (lambda x, p, t: x[1] * x[2] ** 2, True),
+    (lambda x, p, t: x[0] * sympy.exp(-400 * (t - 4) ** 2), True),
+])  # fmt: skip
+def test_it_is_so_of_one_that_is_kept_in_a_plane_or_at_the_start_alone(more, lost):
+    spin = Conserved("spin", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])
+    scene = Scene("flat", pair(3), lambda x, v, p, t: v.dot(v) / 2 - x.dot(x) / 2 + more(x, p, t),
+                  x0=[1, 0, 0], v0=[0, 1, 0], duration=10, step="1/20", symmetries=[spin],
+                  parameters={"a": 1, "b": 1})  # fmt: skip
+    told = of_scene(Scheme(scene, midpoint), spin)
+    assert (told and told["cause"]) == ("scene" if lost else None)
 
 
 ODD = {
