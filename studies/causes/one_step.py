@@ -410,32 +410,40 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
             said = f"a step is rough by {of_step:.1e} of its way: single precision somewhere."
             return "single precision", said
         return "noise", f"a step is rough by {level:.1e} of the state, as nothing smooth is."
-    jump, between = float((noise.jump / scale).max()), "states"
+    jump, octaves = float((noise.jump / scale).max()), 0
+    between = "states" if jump > 1e-11 else "step sizes"
     for octave in range(OCTAVES):  # the number of iterations also depends on the step
-        if jump > 1e-11:
-            break
-        whole, between = place.length / 2**octave, "step sizes"
+        whole = place.length / 2**octave
 
         def of_step_size(part: float, z: Vector = z, whole: Fraction = whole) -> Vector:
             h = whole * Fraction(round(part * 2**40), 2**40)
             return guarded(scheme.flow(h).map_of(t0=place.t), size)(z)
 
-        jump = float((jump_on(of_step_size, 0.5, 1.0, GRID, image) / scale).max())
-    if jump <= 1e-11:
-        return None
-    said = f"a step jumps by {jump:.1e} of the state "
-    if between == "step sizes":
+        one = float((jump_on(of_step_size, 0.5, 1.0, GRID, image) / scale).max())
+        if one <= 1e-11:
+            continue
         # what an iteration leaves, and so where its number of steps changes, depends on the state
         beside = (z, *(z + share * (starts[-1].z + scale - z) for share in (0.1, 0.2)))
         at = [_rough_part(partial(of_step_size, z=e)) for e in beside]
         if max(at) - min(at) <= 1 / GRID:
             return "step sizes", (
-                f"{said}where the step is {float(whole) * at[0]:.3g}, from all states alike: look "
-                "for what is done by the size of the step."
+                f"a step jumps by {one:.1e} of the state where the step is "
+                f"{float(whole) * at[0]:.3g}, from all states alike: look for what is done by the "
+                "size of the step."
             )
-    return "loose iteration", (
-        f"{said}between neighbouring {between}, as an iteration with a loose stop does: iterate "
-        "until nothing changes."
+        jump, octaves = max(jump, one), octaves + 1
+    if jump <= 1e-11:
+        return None
+    said = f"a step jumps by {jump:.1e} of the state between neighbouring {between}"
+    # an iteration stops after fewer steps the shorter its step is; what a comparison chooses
+    # changes once
+    if octaves > 1:
+        return "loose iteration", (
+            f"{said}, as an iteration with a loose stop does: iterate until nothing changes."
+        )
+    return "jump", (
+        f"{said}: look for what is done on one side alone, by a comparison, a clip or a table's "
+        "cell, or for an iteration that stops early."
     )
 
 

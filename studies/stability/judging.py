@@ -32,8 +32,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     measured = record.measured
     if record.kind == "linear":
         return _judge_linear(case, measured)
-    if reason := not case.control and not_claimed(case.rule, "symplectic"):
-        return _judge_ends(record.rows) or Verdict("pass", "", {"not_demanded": reason})
+    reason = "" if case.control else not_claimed(case.rule, "symplectic")
+    ended = None if case.control else _judge_ends(record.rows)
+    if ended and (reason or ended.verdict == "fail"):
+        return ended
+    if reason:
+        return Verdict("pass", "", {"not_demanded": reason})
     family = FAMILIES.get(own_name(case.scene))
     own = family is None
     if own and (verdict := _judge_own(measured)) is not None:
@@ -68,9 +72,10 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _judge_ends(rows: Sequence[Row]) -> Verdict | None:
-    """Return the verdict on a map of which no run goes through, where nothing is claimed; or None.
+    """Return the verdict on a map of which no run goes through, or None.
 
-    Runs that grow beyond all bounds do go through, and are what a map shows.
+    Runs that grow beyond all bounds do go through, and are what a map shows. One that makes no step
+    at all fails whatever it claims.
     """
     if not rows or not all(row.cause for row in rows):
         return None

@@ -28,7 +28,7 @@ from .records import FoundOfNumbers, Jump, OfNumbers
 
 _ROUGH = (
     "the program is not smooth: the ends of its steps jump by {:.1e} of the motion between starts "
-    "close by, as those of an iteration with a loose stop do"
+    "close by, as by an iteration that stops early, a comparison, or single precision"
 )
 #: what an iteration that stops early leaves in a derivative is its last correction, by which it
 #: jumps, times the number of corrections, which is seldom more; smaller jumps are no cause

@@ -36,7 +36,6 @@ from ...numbers import (
     jacobian,
     numeric,
     opaque,
-    symbols_of,
     sympy,
     within_doubles,
     without_text,
@@ -210,11 +209,8 @@ class ControlStages:
             )
         force = [s.scalar(e, "its inputs", inputs) for e in entries]
         known = {*s.position, *s.u, *f, *s.parameter_list, t}
-        if foreign := symbols_of([of_cost, *force]) - known:
-            raise BadInput(
-                f"{s.name}: its cost or its inputs hold the unknown symbol "
-                f"{min(map(str, foreign))}; write them with x, v, f, p and t."
-            )
+        for what, function, given in (("its cost", cost, [of_cost]), ("its inputs", inputs, force)):
+            s.refuse_unknown(sympy.Matrix(given), known, what, function, "x, v, f, p and t")
         work = [left * right for left, right in zip(p, force, strict=True)]
         return f, p, of_cost + sympy.Add(*work)
 

@@ -266,7 +266,8 @@ class Calls:
         return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 
 
-#: errors of a function's text, which it raises at its first step for any numbers
+#: errors of a function's text, which it raises at its first step for any numbers: bad input, as all
+#: is that a formula raises; any other error is one of the state and the step, and so a failed step
 SLIPS = (TypeError, AttributeError, NameError, ImportError)
 #: roundings of a start on its way into a program's own coordinates and back (such as p/m·m)
 ROUNDINGS = 8
