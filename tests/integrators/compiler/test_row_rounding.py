@@ -68,6 +68,13 @@ def test_a_constraint_far_away_is_solved_to_its_own_round_off(away, expanded, di
     assert off < 2 * steps**1.5 * row
 
 
+@pytest.mark.slow
+def test_no_step_of_a_long_run_is_lost_to_small_components_that_are_round_off():
+    flow = Scheme(pendulum(30_000, True), rules.get("midpoint")).flow("0.0001")
+    run = flow.trajectory(834_400, every=834_400)  # one of them did not end at the 834,317th
+    assert abs(float(np.hypot(run.x[-1, 0] - 30_000, run.x[-1, 1])) - 1) < 1e-6
+
+
 @pytest.mark.parametrize("away", [0, 30_000])
 def test_a_step_without_a_solution_is_none_far_away(away):
     """In a step of 3 one falls below the circle, and the force at its start is level."""
