@@ -51,6 +51,9 @@ def getter(get: Get) -> Get:
 compose = Hook("the composition of a rule")
 scheme = Hook("the scheme of a scene by a rule")
 
+# filled by the studies, which know the files of users
+scene_named = Hook("a scene by a word such as FILE.py:NAME")
+
 # filled by extensions
 check_gaps = Hook("a scene with contact")
 contact_flow = Hook("the flow of a scene with contact")

@@ -192,8 +192,9 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
             "discrete Lagrangian",
             f"L_d differs from one of order {wanted} by O(h^{round(errors.order) + 1}), by about "
             f"{share:.1g} of what is usual for that power ({off}), and in the end the method is of "
-            f"order {round(errors.order)}: a number in the rule has too few digits, or a term is "
-            "too small to be meant; write numbers exactly, or in G.constant to all digits.",
+            f"order {round(errors.order)}: a number in the rule has too few digits, a term is too "
+            "small to be meant, or a small part of L is taken at another place or time; write "
+            "numbers exactly, or in G.constant to all digits.",
         )
     # on a motion of so much symmetry that all points are exact momenta alone show an order
     gauge = wanted - NEAR < errors.order_of_points < math.inf

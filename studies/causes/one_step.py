@@ -193,7 +193,8 @@ def _of_limit(case: Case, starts: list[Beginning], n: int) -> Told | None:
     order = evidence_of(case.scheme).order.order
     if _vanishes(starts, lambda b: b.first_error) or (order is not None and order > 1 - NEAR):
         return None
-    if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in starts):  # D(h) does not sink with h
+    still = order is not None and order < NEAR - 1  # D(h) does not sink with h
+    if still or all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in starts):
         return of_no_step(starts, n)
     if (told := _named(starts, _NAMED)) is not None:
         return told
@@ -317,6 +318,8 @@ def all_by(c: float) -> Told:
             "coefficients that should add up to 1 have too few digits."
         )
     c = next((k for k in FACTORS if abs(k - c) < SAME), c)
+    if not c:
+        return "factor of time", "a step leaves the state where it is."
     more = f": {FACTORS[c]}" if c in FACTORS else ""
     return "factor of time", (
         f"a step moves by {c:.6g} of the vector field{more}; the shares of the step, with their "
@@ -354,7 +357,8 @@ def _of_entries(starts: list[Beginning], n: int) -> Told | None:
         name, c = names[wrong[0]], 1 + factors[0]
         if abs(c - 1) < FEW:
             return said_of(f"the rate of {name}", c)
-        word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
+        c = next((k for k in FACTORS if abs(k - c) < 1e-3), c)
+        word = FACTORS.get(c, "")
         cause = {"its sign is flipped": "flipped sign", "it is missing": "missing term"}
         return cause.get(word, "factor"), (
             f"the rate of {name} is {c:.6g} times that of the scene{f': {word}' if word else ''}."

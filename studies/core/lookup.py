@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
-from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
+from discmech.integrators import BadInput, Discretisation, Lattice, Scene, hooks, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED, misplaced, nearest, shown, unknown
 from discmech.integrators.extensions.lattices import scenes as systems
@@ -210,6 +210,9 @@ def scene_given(thing: Any) -> Scene:
     """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
     kinds: Any = (Scene, Lattice)
     return _given(thing, kinds, SCENE)
+
+
+hooks.scene_named.fill(lambda: scene_given)
 
 
 def varied(

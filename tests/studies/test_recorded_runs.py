@@ -236,6 +236,15 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
         assert main(words) == 2
         told = capsys.readouterr()
         assert "pendulum, runs," in told.out and said in told.err
+    own = 'from discmech import scenes\nown = scenes.get("pendulum").with_values(name="pend")\n'
+    for scene in ("own", '"mine.py:own"', '"pend"'):
+        of = f'again = recorded("*.npz", order=2, scene={scene})\n'
+        tmp_path.joinpath("mine.py").write_text(FILE + own + of)
+        again = f"{words[1]}:again"
+        assert main(["order", f"{words[1]}:own", "--rule", again, "--jobs", "1"]) == 0
+        assert "pend" in capsys.readouterr().out
+        assert main(["order", "pendulum", "--rule", again]) == 2
+        assert "are runs of pend, not of pendulum" in capsys.readouterr().err
     save(tmp_path, x0=[1.0])
     tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
     assert main(words) == 2

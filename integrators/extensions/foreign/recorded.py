@@ -13,6 +13,7 @@ import numpy as np
 from ...equations import initial_momentum
 from ...errors import BadInput, CannotMeasure, arguments_checked, shown
 from ...flows import StepChoice, Trajectory
+from ...hooks import scene_named
 from ...numbers import arithmetic, exact_rational, mpmath, whole_number
 from ...numbers.types import Given, Number, Numbers, Vector
 from ...scene import Scene
@@ -55,8 +56,9 @@ class Recorded(BlackBox):
 
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the runs cannot be those of the scene, or ""."""
-        if self.scene not in ("", scene.name):
-            return f"{self.name} are runs of {self.scene}, not of {scene.name}."
+        named = scene_named(self.scene).name if ".py:" in self.scene else self.scene
+        if named not in ("", scene.name):
+            return f"{self.name} are runs of {named}, not of {scene.name}."
         run = self.recordings[0]
         here = run.x.shape[1], run.mu.shape[1]
         there = scene.groupoid.dim_x, scene.groupoid.dim_u
@@ -90,7 +92,7 @@ def recorded(
     files: str | Path | Sequence[str | Path],
     order: int | None = None,
     *,
-    scene: str = "",
+    scene: Scene | str = "",
     state: str = "qp",
     name: str | None = None,
     **claims: Any,
@@ -100,20 +102,25 @@ def recorded(
     files: a pattern such as "runs/*.csv", or several, relative to the folder of the calling file.
     The columns are t, q1, …, p1, … (or x1, …, mu1, …), evenly spaced in t; with state="qv" v1, … in
     place of momenta; a column h gives the step if not every step has a row. All runs begin at the
-    same state. scene: the scene of the runs; without it they belong to any scene that they fit
-    (`verify` takes those that begin at the same state). order and claims (symplectic, keeps,
-    source): as for `black_box`.
+    same state. scene: the scene of the runs, itself, by its name, or as FILE.py:NAME; without it
+    they belong to any scene that they fit (`verify` takes those that begin at the same state).
+    order and claims (symplectic, keeps, source): as for `black_box`.
 
     Order, momenta and energy are judged; studies that need further steps are left out. Raises
     `BadInput` for files that are not such runs.
     """
-    runs = recordings(files, folder_of_caller(), state)
+    folder = folder_of_caller()
+    runs = recordings(files, folder, state)
     pattern = str(files if isinstance(files, str | Path) else files[0])
     label = given_name(name, "-".join(filter(None, ["recorded", Path(pattern).parent.name])))
     made = black_box(order, runs=True, state=state, name=label,
                      **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
+    if isinstance(scene, Scene):
+        scene = scene.name
     if not isinstance(scene, str):
-        raise BadInput(f"recorded(scene={shown(scene)}): give the name of a scene.")
+        raise BadInput(f"recorded(scene={shown(scene)}): give a scene, or the name of one.")
+    if ".py:" in scene:
+        scene = str(folder / scene)
     return Recorded(**vars(made), recordings=runs, scene=scene, unnamed=not name)
 
 
