@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from discmech.integrators.numbers import arithmetic
+from discmech.integrators.scene import Conserved
 
 from ..causes.round_off import why_unknown
 from ..core.case import Case, Measurement, Verdict
@@ -154,12 +155,13 @@ def _of_single_steps(case: Case, measurement: Measurement) -> dict[str, Any] | N
     if case.scheme.arrows is None or case.scene.force is not None or not broken:
         return None
     worst = max(broken, key=lambda each: each.size or math.inf)
-    (quantity,) = (q for q in kept_in(case) if q.name == worst.name)
-    if quantity.attitude:
-        return None
-    if fault := of_scene(case.scheme.base, quantity):
-        return fault
-    if quantity.of_step or worst.step == float(case.scene.step):
+    for quantity in kept_in(case):
+        if quantity.name == worst.name and isinstance(quantity, Conserved):
+            if not quantity.attitude and (fault := of_scene(case.scheme.base, quantity)):
+                return fault
+            if quantity.of_step:
+                return None
+    if worst.step == float(case.scene.step):
         return None
     said = f"L_d is not invariant under the symmetry of {worst.name} at steps of {worst.step:.2g}; "
     said += f"at the scene's own, {float(case.scene.step):.2g}, the run keeps it: look for what "
