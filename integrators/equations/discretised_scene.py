@@ -119,6 +119,10 @@ class DiscretisedScene:
             )
         return self.scene.with_values(**values)
 
+    def digits(self, wanted: int) -> int:
+        """Return the digits in which its steps can be made, at most so many."""
+        return self.scene.digits(wanted) if self.rule.runs_at(wanted) else 16
+
     @property
     def arrows(self) -> Arrows | None:
         """The objects on arrows (x, u); None if a step of the equations is no map of arrows."""

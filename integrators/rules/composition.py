@@ -17,7 +17,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial, wraps
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from ..errors import BadInput, arguments_checked, check_name, shown, unknown
 from ..numbers import LazyModule, sympy, working_digits
@@ -131,6 +131,7 @@ class Composition(Discretisation):
 
     base: Discretisation = field(kw_only=True)
     method: Method = field(kw_only=True)  # type: ignore[misc]
+    kind: ClassVar[str] = "composition"
 
     @property
     def of_step(self) -> Discretisation:

@@ -22,7 +22,7 @@ from ..errors import (
     signature_of,
     unknown,
 )
-from ..numbers.types import Column, Expression, Function, Given, Letter
+from ..numbers.types import Column, Exact, Expression, Function, Given, Letter
 from ..scene import Again, Scene, again
 from .parameters import of_decorator, open_numbers, with_parameters
 from .quadrature import Nodes
@@ -74,7 +74,9 @@ class Discretisation:
     effective: int | None = None
     #: names of numbers that the formula leaves open (`studies.proof`)
     parameters: tuple[str, ...] = ()
-    #: True if it discretises a Lagrangian, not a vector field
+    #: what it is, in words
+    kind: ClassVar[str] = "discrete Lagrangian"
+    #: True if its steps are formulas in values of a Lagrangian, and no other map
     asks_lagrangian: ClassVar[bool] = True
     #: True if its steps are formulas, which have derivatives and any number of digits
     is_formula: ClassVar[bool] = True
@@ -84,9 +86,28 @@ class Discretisation:
     is_recorded: ClassVar[bool] = False
 
     @property
-    def only_step(self) -> Any:
-        """The one step of a map that has no other, exact; None for a rule of any step."""
-        return None
+    def follows_motion(self) -> bool:
+        """False for a map of one step alone, whose motion need not be that of a scene."""
+        return True
+
+    @property
+    def repeats(self) -> bool:
+        """True if a run is its step again and again, from (x, μ) alone: always for formulas."""
+        return True
+
+    @property
+    def own_coordinates(self) -> bool:
+        """True if its numbers are other ones than x and μ."""
+        return False
+
+    @property
+    def long_run(self) -> int:
+        """The number of steps of a long run in double precision."""
+        return 10**6
+
+    def step_for(self, size: Exact) -> Exact:
+        """Return the step to take for one of that size: a map of one step alone has no other."""
+        return size
 
     @property
     def of_step(self) -> Discretisation:
@@ -124,8 +145,8 @@ class Discretisation:
 
     def applies(self, scene: Scene) -> bool:
         """True if the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
-        function, variational = scene.discrete_lagrangian, self.is_formula and self.asks_lagrangian
-        if variational and (function is not None) != (self.formula is own.formula):
+        function = scene.discrete_lagrangian
+        if self.asks_lagrangian and (function is not None) != (self.formula is own.formula):
             return False
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 
@@ -143,7 +164,7 @@ class Discretisation:
             asked.append("points of a straight step")
         if refusal := scene.refusal_of(*asked, rule=self.name):
             return refusal
-        of_value = self.is_formula and self.asks_lagrangian and scene.hamiltonian is not None
+        of_value = self.asks_lagrangian and scene.hamiltonian is not None
         if of_value and (no_value := scene.without_lagrangian):
             return (
                 f"{scene.name}: {no_value}, so {self.name} has nothing to discretise: take a "

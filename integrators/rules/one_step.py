@@ -46,6 +46,7 @@ class OneStepMap(Discretisation):
     implicit: bool = False
     #: what it asks of a one-form ϑ: "" nothing, "any", or "half", that half of it vanishes
     one_form: str = ""
+    kind: ClassVar[str] = "one-step map"
     asks_lagrangian: ClassVar[bool] = False  # it follows the vector field
 
     def refusal(self, scene: Scene) -> str:

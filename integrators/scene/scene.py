@@ -236,6 +236,15 @@ class Scene(System):
         return self.lagrangian is not None or self.in_numbers
 
     @property
+    def is_smooth(self) -> bool:
+        """True without constraints, contact, friction and functions of numbers."""
+        return not (self.all_constraints or self.contact or self.friction or self.in_numbers)
+
+    def digits(self, wanted: int) -> int:
+        """Return the digits in which its functions have values, at most so many."""
+        return 16 if self.in_numbers else wanted
+
+    @property
     def moving_constraints(self) -> bool:
         """True if a constraint depends on the time."""
         return any(c.timed for c in self.all_constraints)

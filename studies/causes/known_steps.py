@@ -54,9 +54,9 @@ LACKS = {
 def by_design(case: Case, law: str) -> Told | None:
     """Return the cause if steps are those of a known method that lacks a law, or an order.
 
-    law: the name of the study that asks. A program's steps are looked at, not a formula's.
+    law: the name of the study that asks.
     """
-    if case.rule.only_step is not None or (known := known_step(case.scheme)) is None:
+    if (known := known_step(case.scheme)) is None:
         return None
     name, order = known
     said = f"its steps are those of {name}, to round-off, "
@@ -79,10 +79,11 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
     """Return (name, order) of the known method whose steps a scheme's steps are, or None.
 
     It is asked on scenes whose state is (q, p) and nothing else: without constraints, a chart or
-    the time.
+    the time; and not of a map of one step.
     """
     scene = scheme.scene
-    if not scene.groupoid.canonical or scene.all_constraints or scene.clocked:
+    free = scene.groupoid.canonical and not (scene.all_constraints or scene.clocked)
+    if not free or not scheme.rule.follows_motion:
         return None
     system = scene_in_numbers(scheme.s, scene, arithmetic(16))
     try:

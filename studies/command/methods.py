@@ -33,7 +33,7 @@ def about_methods(pairs: Iterable[tuple[Any, Discretisation]]) -> list[dict[str,
 
 def _about(scene: Any, rule: Discretisation) -> dict[str, Any]:
     base = rule.of_step
-    facts = [_kind(rule), f"order {rule.order} declared" if rule.order else "no order declared"]
+    facts = [rule.kind, f"order {rule.order} declared" if rule.order else "no order declared"]
     words = [(inspect.getdoc(base.formula) or "").partition(" Raises `")[0]]
     if rule.method is not None:
         words.insert(0, _composed(rule))
@@ -60,14 +60,6 @@ def _typeset(letters: Any, terms: Any) -> str:
     return display(spaced(Typesetter(letters).equation([Symbol("L_d")], terms)))
 
 
-def _kind(rule: Discretisation) -> str:
-    if rule.method is not None:
-        return "composition"
-    if not rule.is_formula:
-        return "program"
-    return "one-step map" if not rule.asks_lagrangian else "discrete Lagrangian"
-
-
 def _composed(rule: Any) -> str:
     shares = [f"{float(c):.6g}".replace("-", "−") for c in rule.method.coefficients(20)]
     if len(shares) > MOST_SHARES:
@@ -78,7 +70,7 @@ def _composed(rule: Any) -> str:
 
 def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
     """Return (letters' names, terms of L_d), or None if no short weighted sum of values of l."""
-    if not rule.asks_lagrangian or not rule.is_formula or rule.splits or rule.stages > MOST_STAGES:
+    if not rule.asks_lagrangian or rule.splits or rule.stages > MOST_STAGES:
         return None
     plain = scenes.get(PLAIN)
     scene = plain if rule.applies(plain) else scene

@@ -128,7 +128,7 @@ class Choice:
 
 def runs_on_lattices(rule: Discretisation) -> bool:
     """True for rules of values of L, whose equations are sums over sites and bonds."""
-    return rule.is_formula and rule.asks_lagrangian
+    return rule.asks_lagrangian
 
 
 @lru_cache(maxsize=256)

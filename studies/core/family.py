@@ -49,7 +49,7 @@ def of_each_kind(pairs: Iterable[Pair]) -> frozenset[tuple[str, str]]:
         parts = (scene.force, scene.fast, scene.one_form, scene.hamiltonian,
                  scene.discrete_lagrangian)  # fmt: skip
         kind = (type(scene.groupoid), *(part is None for part in parts), bool(scene.holonomic),
-                bool(scene.nonholonomic), scene.timed, scene.in_numbers)  # fmt: skip
+                bool(scene.nonholonomic), scene.timed)  # fmt: skip
         kinds.setdefault(kind, scene.name)
     known = Counter(rule for names in rules.values() for rule in names)
     used = Counter[str]()

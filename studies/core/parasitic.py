@@ -27,7 +27,7 @@ ROUND_OFF = 10.0 ** (5 - DIGITS)  # of the largest momentum
 def parasitic(case: Case) -> dict[str, Any] | None:
     """The cause and its sentence, where μ leaves ϑ(x) in steps of a discrete Lagrangian."""
     scheme = case.scheme
-    if case.control is not None or not case.rule.is_formula or scheme.arrows is None:
+    if case.control is not None or scheme.arrows is None:
         return None
     if not getattr(scheme.s, "degenerate", False):
         return None

@@ -53,8 +53,7 @@ def cases(choice: Choice) -> list[Case]:
     on_scenes = [
         c
         for c in plain_cases(NAME, choice, DIGITS)
-        if (c.scene.lagrangian is not None or c.scene.in_numbers)
-        and not (c.rule.is_recorded and _work_is_done(c))
+        if c.scene.is_continuous and not (c.rule.is_recorded and _work_is_done(c))
     ]
     return [*on_scenes, *lattice_cases(NAME, choice)]
 

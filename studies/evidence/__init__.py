@@ -89,7 +89,7 @@ class Evidence:
         A rule of a changed Lagrangian may move μ rightly, and turn the body wrongly.
         """
         scene, rule = self.scheme.scene, self.scheme.rule
-        derived = rule.is_formula and rule.asks_lagrangian and scene.discrete_lagrangian is None
+        derived = rule.asks_lagrangian and scene.discrete_lagrangian is None
         if not (derived and isinstance(scene.groupoid, LieGroup)):
             return self.scheme
         return scheme_of(scene.with_attitude(), rule)

@@ -38,8 +38,7 @@ def states_that_stand_out(scheme: Any) -> tuple[list[Place], int, tuple[float, .
     constraints or contact, and not on scenes in numbers, whose tables have knots.
     """
     rule, scene = scheme.rule, scheme.scene
-    free = not (scene.all_constraints or scene.contact or scene.friction or scene.in_numbers)
-    if not free or rule.only_step is not None or (rule.is_formula and rule.asks_lagrangian):
+    if not scene.is_smooth or not rule.follows_motion or rule.asks_lagrangian:
         return [], 0, ()
     try:
         cloud = around(scheme)
@@ -59,8 +58,6 @@ def _missed(cloud: Cloud) -> tuple[Vector, int, tuple[float, ...]]:
     scheme, starts, t, v = cloud.scheme, cloud.z, cloud.t, cloud.v
     rule, motions, by = scheme.rule, many_motions(scheme.scene), sizes_of_motion(scheme.scene)
     order, unit, x = scheme.order or 1, rule.unit(16), starts[:, : scheme.s.n]
-    # a method with memory starts in its own way, in a first step of one order less
-    remembers = getattr(rule, "remembers", False) or getattr(rule, "runs", False)
     rates = motions.rates(x, v, t, np.where(by > 0, by, 1))
     with np.errstate(all="ignore"):
         steps = np.minimum((SMALL * unit) ** (1 / (order + 1)) / rates, float(scheme.scene.step))
@@ -73,7 +70,8 @@ def _missed(cloud: Cloud) -> tuple[Vector, int, tuple[float, ...]]:
         made = ends_of(scheme, starts, t, steps / part)
         errors.append(np.abs(made - np.hstack([ends.x, ends.mu])))
     rounding = ROUNDED * unit * np.maximum(scale, np.abs(starts)) + ends.error
-    least = float(RATIO) ** (order + (0 if remembers else 1) - 0.5)
+    # a method with memory starts in its own way, in a first step of one order less
+    least = float(RATIO) ** (order + rule.repeats - 0.5)
     low = (errors[0] < least * errors[1]) & (errors[1] < least * errors[2])
     missed = np.where(low & (errors[2] > CLEAR * rounding), errors[2], 0)
     known = np.isfinite(errors[2]).all(axis=1)

@@ -121,14 +121,12 @@ def around(scheme: AnyScheme) -> Cloud:
     equations.
     """
     rule, seed = scheme.rule, seed_in_numbers(scheme)
-    if not rule.is_formula and in_box(scheme):
+    if in_box(scheme):
         low, high = np.array(rule.states, dtype=float)
         z = np.random.default_rng(seed).uniform(low, high, (IN_BOX, len(low)))
-        t, steps = np.zeros(IN_BOX), np.full(IN_BOX, float(rule.step))
+        t, steps = np.zeros(IN_BOX), np.full(IN_BOX, float(scheme.scene.step))
         return Cloud(scheme, z, z[:, scheme.s.n :], t, steps, t > 0)
-    count = COUNT // (OF_FORMULA if rule.is_formula else 1)
-    count //= OF_RUNS if getattr(rule, "runs", False) else 1
-    count = min(count, getattr(rule, "long_run", 10**6) // OF_LONG_RUN)
+    count = min(COUNT // costs_of_call(rule), rule.long_run // OF_LONG_RUN)
     drawn, (t, x, v) = np.random.default_rng(seed), states_on_orbit(scheme)
     at, by = drawn.integers(len(t), size=count), sizes_of_motion(scheme.scene)
     moved = by * drawn.uniform(0, WIDE, (count, 1)) * drawn.uniform(-1, 1, (count, len(by)))
@@ -139,14 +137,18 @@ def around(scheme: AnyScheme) -> Cloud:
     return Cloud(scheme, np.hstack([x, mu]), v, t, steps, np.full(count, True))
 
 
+def costs_of_call(rule: Any) -> int:
+    """Return how dear a step of a rule is by itself: made by many calls, or by a whole run."""
+    return OF_FORMULA if rule.is_formula else OF_RUNS if rule.runs else 1
+
+
 def sizes_of(scheme: AnyScheme, seed: int) -> Vector:
-    """Return the sizes of steps by which every law is asked, in no order; of a map its one."""
-    if scheme.rule.only_step is not None:
-        return np.array([float(scheme.rule.only_step)])
+    """Return the sizes of steps by which every law is asked, in no order."""
     count = SIZES // (OF_FORMULAS_SIZES if scheme.rule.is_formula else 1)
     drawn = np.random.default_rng(seed)
     shares = (drawn.permutation(count) + drawn.uniform(size=count)) / count
-    return np.asarray(float(scheme.scene.step) * LONGEST * 2.0 ** (-OCTAVES * shares**2))
+    sizes = float(scheme.scene.step) * LONGEST * 2.0 ** (-OCTAVES * shares**2)
+    return np.array([float(scheme.rule.step_for(h)) for h in sizes])
 
 
 def ends_of(
@@ -160,7 +162,7 @@ def ends_of(
     known = np.isfinite(states).all(axis=1)
     for size in np.unique(steps):
         rows = np.flatnonzero(known & (steps == size))
-        step = scheme.rule.only_step or Fraction(size)
+        step = scheme.rule.step_for(Fraction(size))
         for part in rows[:, None] if timed else [rows] * bool(len(rows)):
             time = Fraction(times[part[0]]) if timed else 0
             try:

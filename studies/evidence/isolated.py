@@ -39,9 +39,7 @@ def isolated(scheme: Scheme) -> ComponentOrder | None:
 
     None also for systems whose own motion has events, and where the motion is not smooth.
     """
-    scene, rule = scheme.scene, scheme.rule
-    smooth = not (scene.contact or scene.friction or scene.in_numbers or scene.all_constraints)
-    if not smooth or getattr(rule, "remembers", False) or getattr(rule, "runs", False):
+    if not scheme.scene.is_smooth or not scheme.rule.repeats:
         return None
     if (short := _largest(scheme, count := steps_of(scheme))) is None:
         return None

@@ -243,7 +243,7 @@ class KeepsEnergy(Law):
         function of numbers rounds its value, constants and all, in doubles.
         """
         run = scheme.flow(step, self.digits).trajectory(1, **place.start)
-        numbers = arithmetic(16 if scheme.scene.in_numbers else 2 * DIGITS)
+        numbers = arithmetic(scheme.scene.digits(2 * DIGITS))
         at = scene_in_numbers(scheme.s, scheme.scene, numbers)
         rows = list(zip(run.x, run.mu, strict=True))
         before, after = (at.H(*row) for row in rows)

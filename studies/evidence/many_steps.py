@@ -21,10 +21,9 @@ from .cloud import (
     LONGEST,
     LOOKED_AT,
     OCTAVES,
-    OF_FORMULA,
-    OF_RUNS,
     AnyScheme,
     Cloud,
+    costs_of_call,
     sizes_of,
 )
 from .places import SHARES, Place, seed_in_numbers
@@ -73,8 +72,7 @@ def many_steps(scheme: AnyScheme, fewer: int = 1) -> Cloud | None:
     fewer: by so much fewer are made.
     """
     rule, seed = scheme.rule, seed_in_numbers(scheme)
-    rows = ROWS // fewer // costs_of(scheme) // (OF_FORMULA if rule.is_formula else 1)
-    rows //= OF_RUNS if getattr(rule, "runs", False) else 1
+    rows = ROWS // fewer // costs_of(scheme) // costs_of_call(rule)
     try:
         run = run_of(scheme, steps_of(scheme))
     except DiscmechError:
@@ -91,7 +89,7 @@ def many_steps(scheme: AnyScheme, fewer: int = 1) -> Cloud | None:
     drawn = np.random.default_rng(seed)
     starts[::BESIDE] += (reach * drawn.uniform(-SHARES[1], SHARES[1], starts.shape))[::BESIDE]
     cloud.beside[::BESIDE] = True
-    if not rule.is_formula and rule.own_coordinates:  # a run of many steps may leave a group
+    if rule.own_coordinates:  # a run of many steps may leave a group
         flow = scheme.flow(scheme.scene.step)
         starts[:] = [flow.settled(z, Fraction(t)) for z, t in zip(starts, cloud.t, strict=True)]
     return cloud

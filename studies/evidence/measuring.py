@@ -22,13 +22,10 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
     """Return the record of a case's single steps, or None for a system that makes none.
 
     least: the order below which it is too low; without one only consistency is asked, and of a
-    program only components whose errors sink as one power of the step count. Controls are judged by
-    being caught, and the motion of a map of one step need not be the scene's. The steps of recorded
+    program only components whose errors sink as one power of the step count. The steps of recorded
     runs are those from row to row. Raises `Displaced` for a program whose answers begin elsewhere
     than at their start.
     """
-    if case.control is not None or case.rule.only_step is not None:
-        return None
     if case.rule.is_recorded:
         runs: Any = case.scheme
         record = of_rows(runs)

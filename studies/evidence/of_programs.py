@@ -68,10 +68,10 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     drawn, expected = random.Random(seed), scheme.order or 1
     shown, sunk = 0.0, True
     # a rule with memory starts in its own way, and has its order over a time, not in a step
-    remembers = getattr(scheme.rule, "remembers", False) or getattr(scheme.rule, "runs", False)
-    power = 0 if remembers else 1  # the power of the step that an error has beyond the order
+    repeats = scheme.rule.repeats
+    power = 1 if repeats else 0  # the power of the step that an error has beyond the order
     wanted = expected + power
-    looks = [_look(scheme, place, drawn, remembers) for place in places]
+    looks = [_look(scheme, place, drawn, not repeats) for place in places]
     outputs = [output for look in looks for output in look.outputs]
     own = outputs if scheme.rule.unit(16) <= 2.0**-53 else []  # fewer digits may be declared
     grids = grids_of(own) if own else []
@@ -255,7 +255,7 @@ def order_of(
     Raises `Displaced` for a program whose answers begin elsewhere.
     """
     try:
-        if scheme.scene.in_numbers or not scheme.rule.runs_at(digits_for(scheme.order or 2)):
+        if scheme.digits(wanted := digits_for(scheme.order or 2)) < wanted:
             return _lower_in_runs(scheme, of_program(scheme, places, seed))
         local = local_order(scheme, places, seed, along)
         if scheme.rule.is_formula:

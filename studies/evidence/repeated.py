@@ -47,7 +47,7 @@ def repeated(flow: Any, z: Vector, scale: Vector, steps: int, t0: Any = 0, seed:
     rule, n = flow.scheme.rule, flow.system.n
     run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=t0)
     states = np.hstack([run.x, run.mu]).astype(float)
-    if not (rule.remembers or rule.runs):
+    if rule.repeats:
         ends = (_alone(flow, before, scale, t0 + k * flow.step)
                 for k, before in enumerate(states[:-1]))  # fmt: skip
         gaps = [_gap(a, b, scale) for a, b in zip(ends, states[1:], strict=True)]

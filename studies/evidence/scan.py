@@ -35,7 +35,7 @@ STANDS_OUT = 100
 #: round-offs of a difference: Σ binomials² of them in the square, and a walk between its rows
 ROUND_OFFS = 8
 FEWEST, MOST = 3, 16  # places that are looked at, fewer of a scheme with costly steps
-OF_PROGRAM = 16  # a long run of a program takes seconds, this a part of one
+OF_PART = 16  # a long run takes seconds, this a part of one
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,8 @@ def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
     """Return (the times at which a run of short steps is least smooth, why no run was made or "").
 
     No two are of the same part of the motion: one that is narrow, but rightly followed, would else
-    hide a fault in another by coming back. A program makes a part (`OF_PROGRAM`) of the steps that
-    it can make soon.
+    hide a fault in another by coming back. It has at most a part (`OF_PART`) of the steps of a
+    long run.
     """
     steps = steps_of(scheme)
     most = max(FEWEST, MOST // costs_of(scheme)) if scheme.rule.is_formula else FEWEST
@@ -90,10 +90,7 @@ def costs_of(scheme: Scheme) -> int:
 
 def steps_of(scheme: Scheme) -> int:
     """Return the number of the short steps of a run through the scene's duration."""
-    steps = max(LEAST, ROWS // costs_of(scheme))
-    if scheme.rule.is_formula:
-        return steps
-    return min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
+    return min(max(LEAST, ROWS // costs_of(scheme)), scheme.rule.long_run // OF_PART)
 
 
 @lru_cache(maxsize=8)

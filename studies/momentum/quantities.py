@@ -43,7 +43,7 @@ def measured_in(case: Case) -> list[Any]:
     if (sums := system_of(case).momenta) is not None:
         return [*sums]
     rule = case.rule
-    composed = rule.method is not None or not (rule.asks_lagrangian and rule.is_formula)
+    composed = rule.method is not None or not rule.asks_lagrangian
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
     if not (case.rule.is_formula or case.scheme.s.n):  # a program of μ alone moves no attitude
         exact = [q for q in exact if not q.attitude]

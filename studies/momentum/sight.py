@@ -167,6 +167,6 @@ def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:
     A rule of order p changes what it does not keep by h^(p+1) or a power near to it.
     """
     shorter = max(0.0, math.log10(abs(place.step / step)))
-    if scheme.scene.in_numbers or not scheme.rule.runs_at(DIGITS):
+    if scheme.digits(DIGITS) == 16:
         return 16
     return min(OF_PLACES, DIGITS + math.ceil(((scheme.order or 1) + POWERS) * shorter))

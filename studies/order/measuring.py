@@ -50,12 +50,8 @@ def cases(choice: Choice) -> list[Case]:
     Chosen precisions are run for any order.
     """
     on_scenes = [
-        c
-        for c in plain_cases(NAME, choice, DIGITS)
-        if c.scene.lagrangian is not None or c.scene.in_numbers
-    ]
-    on_scenes = [
-        c for c in on_scenes
+        c for c in plain_cases(NAME, choice, DIGITS)
+        if c.scene.is_continuous
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
         or not c.rule.runs_at(50)
     ]  # fmt: skip
@@ -96,15 +92,14 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     if (own := (system or system_of(case)).ladder) is not None:
         return own
     duration = Fraction(case.scene.duration)
-    program = not case.rule.is_formula and not case.rule.runs_at(50)
+    program = not case.rule.runs_at(50)
     coarser = 1 if (case.order or 0) <= 2 else 4 if case.order == 4 else 8
     if case.digits > 16:
         rung = duration / PART, 8 if (case.order or 0) > HIGH else 128
     elif program:
         # without more digits: a short time and coarse steps, so that less round-off adds up; but
         # what single steps do not show, a run that need not be its steps may do late
-        rule: Any = case.rule
-        quarters = 4 if rule.remembers or rule.runs else 1
+        quarters = 1 if case.rule.repeats else 4
         coarser = 8 if (case.order or 0) <= 2 else 32
         steps = quarters * case.scene.steps_for(case.scene.step) // coarser
         rung = duration * quarters / 4, max(8, steps)
@@ -145,7 +140,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
     made = ladder(case, system)
     duration, rungs, most = made.duration, made.rungs, made.most
-    program = not case.rule.is_formula and not case.rule.runs_at(50)
+    program = not case.rule.runs_at(50)
     ends = CHECKED if program else 1
     times = [duration * (k + 1) / ends for k in range(ends)]
     wanted = [system.end(t, max(30, case.digits + 5)) for t in times]

@@ -38,7 +38,7 @@ def measure(case: Case) -> FoundOfNumbers:
     rows: list[OfReturn] = []
     first = [look for look in all_looks if look.count == 1]
     rule: Any = case.rule
-    if rule.remembers or rule.runs:  # a run need not be its steps: a long one goes back
+    if not rule.repeats:  # a run need not be its steps: a long one goes back
         first.append(replace(next(look for look in all_looks if look.count > 1), count=LONG))
     seen, asked = _seen(case)
     first += [Look(np.array([float(e) for e in (*place.x, *place.mu)]), place.t, place.step, 1,
@@ -62,7 +62,7 @@ def measure(case: Case) -> FoundOfNumbers:
 
 def _seen(case: Case) -> tuple[list[Place], int]:
     """Return (starts of steps, of many along the motion, that a step back misses, how many)."""
-    if case.rule.only_step is not None or (many := many_steps(case.scheme)) is None:
+    if (many := many_steps(case.scheme)) is None:
         return [], 0
     gaps = WAY_BACK.gaps(many)
     return many.places(gaps, rounded(case.rule.unit(16))), int(np.isfinite(gaps).sum())

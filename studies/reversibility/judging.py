@@ -54,7 +54,7 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
         back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
         said = f"{back} the start by {measured.certain:.2g} of the motion beyond all round-off, "
         said += f"most in {row.entry}, at step {row.step:.3g}, t = {row.time:.3g}: "
-        said += _NO_WAY_BACK if case.rule.only_step is None else _NO_TURN
+        said += _NO_WAY_BACK if case.rule.follows_motion else _NO_TURN
         return Verdict("fail", said, expected)
     resolution, expected["left"] = measured.resolution or 0.0, left
     if resolution <= may_hide(case, left):

@@ -189,7 +189,7 @@ def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:
     Where a step of the fast motion is a half or a whole turn any slow force opens one, narrower
     than a grid shows: proved for the share `SLOW` of the oscillator's force.
     """
-    if not (rule.splits and rule.is_formula):
+    if not rule.splits:
         return []
     alone, beside = Oscillator(rule).proved(), Oscillator(rule, SLOW).proved()
     if alone is None or beside is None:

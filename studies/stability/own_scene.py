@@ -139,7 +139,7 @@ class Near:
 
 def judged_here(scene: Scene) -> bool:
     """True if a scene has free states (x, μ), and a field f that does not depend on time."""
-    return bool(not scene.in_numbers and scene.contact is None and has_dual(scene))
+    return scene.contact is None and has_dual(scene)
 
 
 def equilibrium(scene: Scene) -> Equilibrium:

@@ -56,7 +56,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
     if not is_defect(record.measured.certain, rule.unit(16)):
         progress(f"{case.scene.name} {case.label}: a long run", 1.0)
         run = _of_run(case, scale, seed)
-    elif not (rule.remembers or rule.runs):
+    elif rule.repeats:
         flow, z = _start(case, seed)
         run = OfRun(float(flow.step), again=repeated(flow, z, scale, LEAST).gap)
     else:
@@ -82,8 +82,8 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     if (steps := stays // ROWS * ROWS) == 0:
         return OfRun(float(flow.step), left=stays)
     run = guarded(map_of(flow, steps, rows=ROWS), ROWS * len(z))
-    is_map = scheme.rule.only_step is not None
-    wanted = 0 if is_map else min(steps, case.scene.steps_for(flow.step))
+    own = scheme.rule.follows_motion
+    wanted = min(steps, case.scene.steps_for(flow.step)) if own else 0
     drawn, part, unit = np.random.default_rng(seed + 4), steps // ROWS, scheme.rule.unit(16)
     of_run, at = OfRun(float(flow.step), steps, left=stays if stays < whole else 0), z
     for _ in range(LEGS):
@@ -124,9 +124,8 @@ def _longest(scheme: Any, flow: Any, z: Vector, steps: int, seed: int) -> tuple[
 def _start(case: Case, seed: int) -> tuple[Any, Vector]:
     """Return the flow of a drawn step, of a map its own one, and the scene's start."""
     scheme: Any = case.scheme
-    own = scheme.rule.only_step is not None
-    share = 1 if own else random_fraction(random.Random(seed + 4), *STEP)
-    flow = scheme.flow(Fraction(scheme.scene.step) * share)
+    share = random_fraction(random.Random(seed + 4), *STEP)
+    flow = scheme.flow(scheme.rule.step_for(Fraction(scheme.scene.step) * share))
     start = flow.trajectory(0)
     return flow, np.concatenate([start.x[0], start.mu[0]]).astype(float)
 

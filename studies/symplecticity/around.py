@@ -61,7 +61,7 @@ def conspicuous(case: Case, scale: Vector, fewer: int = 1) -> tuple[list[Look], 
         again = _scores(scheme, states[rows], steps[rows], scale, WIDTH / FINER)[:, j]
         chosen |= {int(k) for k in rows[2 * again > score[rows]][:LOOKED_AT]}
     system = scheme.flow(scheme.scene.step).system
-    return [Look(states[k], Fraction(0), rule.only_step or Fraction(steps[k]), 1,
+    return [Look(states[k], Fraction(0), rule.step_for(Fraction(steps[k])), 1,
                  np.inf if in_box(scheme) else rate(system, states[k], scale, 0.0))
             for k in sorted(chosen)], len(states)  # fmt: skip
 
@@ -69,7 +69,7 @@ def conspicuous(case: Case, scale: Vector, fewer: int = 1) -> tuple[list[Look], 
 def _steps(scheme: Any) -> tuple[Matrix, Vector]:
     """Return the states of a cloud and its steps, halved where the motion is fast."""
     cloud = around(scheme)
-    if scheme.rule.only_step is not None:
+    if not scheme.rule.follows_motion:
         return cloud.z, cloud.steps
     by = sizes_of_motion(scheme.scene)
     fast = many_motions(scheme.scene).rates(cloud.z[:, : scheme.s.n], cloud.v, cloud.t, by)
@@ -110,7 +110,7 @@ def _scores(scheme: Any, starts: Matrix, steps: Vector, scale: Vector, width: fl
     scores[known, 0] = form_gaps(of, *tensors)
     scores[known, 1] = np.abs(np.abs(np.linalg.det(of)) - 1)
     if scheme.rule.jacobian:
-        flows = [scheme.flow(scheme.rule.only_step or Fraction(step)) for step in steps]
+        flows = [scheme.flow(scheme.rule.step_for(Fraction(step))) for step in steps]
         own = np.array([asked_jacobian(*one) for one in zip(flows, starts, strict=True)])
         scores[known, 2] = form_gaps(own.reshape(of.shape), *tensors)
         scores[known, 3] = [distance(a, Derivative(b, 0 * b), scale, scale, 0.0)[0]

@@ -231,7 +231,7 @@ def left_by(case: Case, look: Look) -> float:
     It is the rest of the series of exp(hA) after the power p, as for a Taylor method; A has the
     rate of the motion there. The motion of a map of one step is unknown: it may leave nothing.
     """
-    if case.rule.only_step is not None:
+    if not case.rule.follows_motion:
         return 1.0
     p = case.order or UNKNOWN_ORDER
     z = float(look.step) * look.rate

@@ -63,8 +63,7 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
         said = f"the same step made again differs by {again:.2g} of the motion: it "
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."
-        rule: Any = case.rule
-        if rule.remembers or rule.runs:
+        if not case.rule.repeats:
             said = f"the same run made again, up to one of its rows, ends {again:.2g} of the "
             said += "motion beside that row: it keeps something from an earlier run, is random, "
             said += "or its rows are interpolated. A row is the end of a run of so many steps."
@@ -103,7 +102,7 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
         return Verdict("inconclusive", f"{said}: {missing[0].why_not}.", expected)
     resolution = measured.resolution or 0.0
     if resolution <= may_hide(case, left):
-        is_map = case.rule.only_step is not None
+        is_map = not case.rule.follows_motion
         wanted = 0 if is_map or not run.steps else case.scene.steps_for(run.step)
         if run.covered < min(run.steps, wanted):
             said = "single steps keep the form, and closed curves of starts tell nothing of it "
@@ -130,7 +129,7 @@ def _closed_force(case: Case) -> bool:
     On a pair groupoid that is a force F(x, t) with ∂F_i/∂x_j = ∂F_j/∂x_i.
     """
     scene, s = case.scene, case.scheme.s
-    if scene.force is None or scene.in_numbers:
+    if scene.force is None:
         return True
     if not scene.groupoid.canonical:
         return False

@@ -49,11 +49,11 @@ def jumps_of(case: Case, scale: Vector) -> list[Jump]:
     """
     scheme, scene = case.scheme, case.scene
     rule: Any = case.rule
-    bound = scene.all_constraints or scene.timed or scene.in_numbers or scene.contact
-    free = scene.groupoid.canonical and not (bound or rule.own_coordinates or rule.remembers)
-    if not free or rule.runs or not_claimed(rule, "symplectic"):
+    free = scene.groupoid.canonical and scene.is_smooth and not scene.timed
+    own = rule.own_coordinates or not rule.repeats or not_claimed(rule, "symplectic")
+    if own or not free:
         return []
-    step = rule.only_step or Fraction(scene.step)
+    step = Fraction(scheme.scene.step)
     f, drawn = one_step(scheme, step, 0), np.random.default_rng(seed_in_numbers(scheme))
     g = guarded(f, len(scale))
     try:

@@ -54,7 +54,7 @@ def cases(choice: Choice) -> list[Case]:
     on_scenes = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
     # under a force no form is kept, and for a one-step map this study asks nothing else
-    on_scenes = [c for c in on_scenes if c.scene.force is None or c.rule.asks_lagrangian]
+    on_scenes = [c for c in on_scenes if c.scene.force is None or c.rule.kind != "one-step map"]
     places = [
         (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
         for control in choice.controls or controls.NAMES

@@ -72,9 +72,7 @@ def _both(
     """Return looks at some steps of that size and at a long one; a map has its one step alone."""
     longest = Fraction(1 / fast) if 0 < fast < math.inf else own
     steps = [own, max(own, longest * random_fraction(drawn, *FAST))]
-    if scheme.rule.only_step is not None:
-        steps = [scheme.rule.only_step] * 2
-    return [Look(z, time, step, count, fast)
+    return [Look(z, time, scheme.rule.step_for(step), count, fast)
             for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
 
 
@@ -84,7 +82,7 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
     The rate of its motion is unknown, so nothing less than the whole form counts as lost.
     """
     low, high = np.array(scheme.rule.states, dtype=float)
-    seed, step = seed_in_numbers(scheme), scheme.rule.only_step
+    seed, step = seed_in_numbers(scheme), Fraction(scheme.scene.step)
     drawn, all_looks = random.Random(seed), list[Look]()
     stays = map_of(scheme.flow(step), MORE)
     for _ in range(IN_BOX):
@@ -132,8 +130,8 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     drawn = random.Random(seed + 3)
     for z, time, fast in _states(scheme, scale, drawn, SHARES * 2):
         if 0 < fast < math.inf:
-            step = scheme.rule.only_step or Fraction(1 / fast) * random_fraction(drawn, *FAST)
-            yield Look(z, time, step, 1, fast)
+            step = Fraction(1 / fast) * random_fraction(drawn, *FAST)
+            yield Look(z, time, scheme.rule.step_for(step), 1, fast)
 
 
 def _states(

@@ -40,8 +40,13 @@ class SceneSystem(System):
         return float(mpmath.sqrt(dx**2 + dmu**2) / size), of_base, float(dmu / size)
 
     def single_steps(self) -> Any:
-        """Return the scheme itself."""
-        return self.scheme
+        """Return the scheme itself.
+
+        None for a control, which is judged by being caught, and for a map of one step, whose motion
+        need not be the scene's.
+        """
+        judged = self.case.control is None and self.case.rule.follows_motion
+        return self.scheme if judged else None
 
     def usual_steps(self, claimed: bool = True) -> int:
         """Return a million steps, or as many as a program makes soon."""

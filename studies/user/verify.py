@@ -345,7 +345,7 @@ def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
         "rule": scheme.rule.name,
         "retraction": scheme.scene.groupoid.retraction,
         "self_adjoint": self_adjoint,
-        "known": None if scheme.rule.is_formula or scheme.rule.only_step else known_step(scheme),
+        "known": None if scheme.rule.is_formula else known_step(scheme),
     }
 
 

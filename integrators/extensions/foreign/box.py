@@ -47,7 +47,9 @@ class BlackBox(Discretisation):
     vectorised: bool = False
     step: Exact | None = None
     states: tuple[tuple[Exact, ...], ...] = ()
+    kind: ClassVar[str] = "program"
     is_formula: ClassVar[bool] = False  # its steps are the output of a program
+    asks_lagrangian: ClassVar[bool] = False
 
     @property
     def digest(self) -> str:
@@ -79,14 +81,23 @@ class BlackBox(Discretisation):
         return self.read is not None or self.form.has_attitude
 
     @property
-    def only_step(self) -> Exact | None:
-        """The one step of a map without h."""
-        return self.step
+    def follows_motion(self) -> bool:
+        """False for a map without h."""
+        return self.step is None
+
+    def step_for(self, size: Exact) -> Exact:
+        """Return the one step of a map without h, for any size."""
+        return self.step or size
 
     @property
     def remembers(self) -> bool:
         """True if it is a class, whose state is more than (q, p)."""
         return inspect.isclass(self.formula)
+
+    @property
+    def repeats(self) -> bool:
+        """True if a run is its step again and again: not of a class, nor of whole runs."""
+        return not (self.remembers or self.runs)
 
     @cached_property
     def own_scene(self) -> Scene | None:

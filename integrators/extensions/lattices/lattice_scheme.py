@@ -38,10 +38,9 @@ class LatticeScheme:
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_rule(rule)
         of_step = rule.of_step
-        if not (of_step.asks_lagrangian and of_step.is_formula):
-            kind = "one-step map" if of_step.is_formula else "program"
+        if not of_step.asks_lagrangian:
             raise CannotMeasure(f"{lattice.name}: lattices run by rules, and {rule.name} is a "
-                                f"{kind}.")  # fmt: skip
+                                f"{of_step.kind}.")  # fmt: skip
         self.lattice, self.rule = lattice, rule
         self.equations = LatticeEquations(lattice, of_step)
         if self.constraints:
