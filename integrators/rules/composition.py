@@ -325,12 +325,12 @@ def _check_base(rule: object) -> None:
         raise BadInput(
             f"{shown(getattr(rule, 'name', rule))} is {what}: compose a rule of one step."
         )
-    if not rule.composes:
-        raise BadInput(f"{rule.name} has steps that vary: compose its rule, and vary that.")
     if not rule.is_formula:
         raise BadInput(
             f"{rule.name} is a program, whose adjoint nothing derives: compose its steps in it."
         )
+    if not rule.composes:
+        raise BadInput(f"{rule.name} has steps that vary: compose its rule, and vary that.")
 
 
 def with_own(

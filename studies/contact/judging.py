@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from discmech.integrators.extensions.contact import unsure_gaps
 
 from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import of_control
 from ..core.records import decoded
 from ..evidence import judging as single_steps
 from ..evidence.laws import FORM
@@ -50,8 +51,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         off = OF_FORMS["control"] * allowed
         most = {"slip": LIMITS["turn"]}
         broken = [k for k, v in measurement.measured.items() if not v <= most.get(k, off)]
-        reason = "" if broken else "the control was not caught: it breaks no law of contact."
-        return Verdict("fail" if reason else "pass", reason, {"at_least": off})
+        return of_control(broken, "it breaks no law of contact", {"at_least": off})
     order = case.order
     expected = {"limit": allowed, "slip": LIMITS["turn"], "late": 1.0}
     if order is not None:

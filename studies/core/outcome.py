@@ -107,6 +107,12 @@ def is_trouble(verdict: str) -> bool:
     return verdict in ("fail", "inconclusive")
 
 
+def of_control(caught: object, otherwise: str, expected: Mapping[str, Any]) -> Verdict:
+    """Return the verdict on a control, which passes if it is caught; otherwise: what is seen."""
+    said = "" if caught else f"the control was not caught: {otherwise}."
+    return Verdict("pass" if caught else "fail", said, expected)
+
+
 def worst(verdicts: Iterable[str]) -> str:
     """Return the worst of some verdicts; inconclusive without any.
 

@@ -12,7 +12,7 @@ import sys
 import warnings
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -162,14 +162,15 @@ class Study:
 
     def timed(self, case: Case) -> bool:
         """True if a case measures times, so that the machine counts."""
-        return self.alone
+        return self.alone and bool(self._hook("timed", True, case))
 
     def together(self, case: Case) -> Any:
         """Return the key of a race, whose cases one process measures; None for a single case."""
-        return None
+        return self._hook("together", None, case)
 
     def before_race(self, kept: Mapping[Case, Measurement]) -> None:
         """Take the stored measurements of a race, before its other cases are measured."""
+        self._hook("before_race", None, kept)
 
     def measure_more(
         self, case: Case, measurement: Measurement, said: Verdict
@@ -193,19 +194,24 @@ class Study:
 
     def depends_on(self, case: Case) -> str:
         """Return the text on which a result depends beside the case's scene, rule and command."""
-        return ""
+        return str(self._hook("depends_on", "", case))
 
     def rules_beside(self, case: Case) -> list[Discretisation]:
         """Return the bench's own rules that it measures beside the case's."""
-        return []
+        return list(self._hook("rules_beside", [], case))
 
     def notes(self, choice: Choice) -> list[str]:
         """Return sentences about the whole study for the chosen systems."""
-        return []
+        return list(self._hook("notes", [], self._own(choice)))
 
     def completed(self, result: Whole) -> Whole:
         """Return the result of all cases, with entries about them together."""
-        return result
+        completed: Whole = self._hook("complete", result, result)
+        return completed
+
+    def _hook(self, name: str, otherwise: Any, *arguments: Any) -> Any:
+        """Return what a function of that name in its folder answers; a class has methods."""
+        return otherwise
 
     def _own(self, choice: Choice) -> Choice:
         """Return the choice without systems that lack the part that this study asks for."""
@@ -221,7 +227,6 @@ class Study:
         return has and not case.rule.unmeasured(self.name)
 
 
-@dataclass(frozen=True, kw_only=True)
 class StudyFolder(Study):
     """A study of the bench: a folder of `studies/`, whose `__init__` has its words and loads
     nothing.
@@ -233,24 +238,11 @@ class StudyFolder(Study):
     nothing anew. `view`, if there is one, has `VIEW`.
     """
 
-    name: str
-    package: str
-    place: float
-    title: str
-    summary: str
-    asks: str
-    measured: str
-    judged: str
-    about: str
-    alone: bool = False
-    usual: bool = True
-    of_systems: bool = True
-    of_the_bench: bool = False
-    turn: int = 1
-    asks_for: str = "equations"
-    options: tuple[Option, ...] = ()
-    limits: Mapping[str, float] = field(default_factory=dict, hash=False)
-    example: tuple[str, int] = ("pendulum", 100)
+    def __init__(self, *, package: str, **words: Any) -> None:
+        if unknown := words.keys() - Study.__annotations__.keys():
+            raise TypeError(f"{package}: a study has no {', '.join(sorted(unknown))}.")
+        self.package = package
+        vars(self).update(words)
 
     @cached_property
     def measuring(self) -> ModuleType:
@@ -295,18 +287,6 @@ class StudyFolder(Study):
 
     verdict = judge
 
-    def timed(self, case: Case) -> bool:
-        """True if a case measures times, so that the machine counts."""
-        return self.alone and bool(self._said("timed", True, case))
-
-    def together(self, case: Case) -> Any:
-        """Return the key of a race, whose cases one process measures; None for a single case."""
-        return self._said("together", None, case)
-
-    def before_race(self, kept: Mapping[Case, Measurement]) -> None:
-        """Take the stored measurements of a race, before its other cases are measured."""
-        self._said("before_race", None, kept)
-
     def diagnose(self, case: Case, measurement: Measurement) -> Mapping[str, Any] | None:
         """Return the cause of a verdict that is not a pass, if it can be found."""
         from .parts import parts_of
@@ -338,24 +318,7 @@ class StudyFolder(Study):
         """True if it may measure more after a first verdict that is not a pass."""
         return hasattr(self.measuring, "measure_more")
 
-    def depends_on(self, case: Case) -> str:
-        """Return the text on which a result depends beside the case's scene, rule and command."""
-        return str(self._said("depends_on", "", case))
-
-    def rules_beside(self, case: Case) -> list[Discretisation]:
-        """Return the bench's own rules that it measures beside the case's."""
-        return list(self._said("rules_beside", [], case))
-
-    def notes(self, choice: Choice) -> list[str]:
-        """Return sentences about the whole study for the chosen systems."""
-        return list(self._said("notes", [], self._own(choice)))
-
-    def completed(self, result: Whole) -> Whole:
-        """Return the result of all cases, with entries about them together."""
-        completed: Whole = self._said("complete", result, result)
-        return completed
-
-    def _said(self, name: str, otherwise: Any, *arguments: Any) -> Any:
+    def _hook(self, name: str, otherwise: Any, *arguments: Any) -> Any:
         told = getattr(self.measuring, name, None)
         return otherwise if told is None else told(*arguments)
 

@@ -110,7 +110,7 @@ def _measure(case: Case, progress: Progress) -> Found:
 
     steps = _steps(case)
     still, turns, along = False, 0, list[Change]()
-    beside = modified.beside(case) or _where_form_is_lost(case)
+    beside = (modified.beside if case.rule.is_formula else _where_form_is_lost)(case)
     at_places = drifts_beside(beside)
 
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
@@ -142,8 +142,8 @@ def _where_form_is_lost(case: Case) -> list[Beside]:
     make a long run soon is not looked at so often either.
     """
     claims, scheme = case.rule.claims, case.scheme
-    able = not case.rule.is_formula and not case.rule.is_recorded
-    if not (able and claims and claims.symplectic and usual_steps(case) >= modified.QUICK):
+    able = not case.rule.is_recorded and usual_steps(case) >= modified.QUICK
+    if not (able and claims and claims.symplectic):
         return []
     runs = list[Beside]()
     for look in certain_losses(case, OF_ENERGY):

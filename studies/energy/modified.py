@@ -62,7 +62,7 @@ def beside(case: Case) -> list[Beside]:
     h·2⁻ᵏ, which the scene's own run cannot show. They are drawn from the seed of the evidence.
     """
     dual, scene = dual_of(case.scene), case.scene
-    if dual is None or not case.rule.is_formula:
+    if dual is None:
         return []
     drawn = random.Random(f"{evidence_of(case.scheme).seed} energy")
     start = np.array([float(e) for e in _start(case)])

@@ -7,6 +7,7 @@ from typing import Any
 from ..contact.judging import WORDS as OF_CONTACT
 from ..contact.judging import does_not_fall
 from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import of_control
 from ..core.records import decoded
 from ..evidence import judging as single_steps
 from ..order.limits import tolerance as of_orders
@@ -32,9 +33,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         wanted = OF_FORMS["control"] * allowed
         defects = {name: getattr(record, name) for name in SEEN[case.control]}
         missed = [k for k, v in defects.items() if v is None or not v >= wanted]
-        said = f"the control was not caught: its {', '.join(missed)} is round-off."
-        return Verdict("fail" if missed else "pass", said if missed else "",
-                       {"at_least": OF_FORMS["control"] * allowed})  # fmt: skip
+        return of_control(not missed, f"its {', '.join(missed)} is round-off", {"at_least": wanted})
     verdict = _judge_contact(case, record) if record.contact else _of_laws(case, record, allowed)
     return single_steps.judge(
         record.local, verdict, wanted=case.order, asks_order=True, what="the lattice"

@@ -95,7 +95,7 @@ def prove(
                 raise unknown(what, word, known)
     if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
         raise BadInput(f"order is {shown(order)}: give a whole number from 1 to {MOST_ORDER}.")
-    if not base.is_formula or not base.composes or base.formula is None:
+    if not base.composes or base.formula is None:
         raise BadInput(
             f"{base.name} is a program, or takes steps that vary: neither has a series in the "
             "step to be proven; `discmech order` measures it."

@@ -9,6 +9,7 @@ from typing import Any
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.fingerprint import own_name
+from ..core.outcome import of_control
 from ..core.records import decoded
 from . import exchange
 from .limits import LIMITS
@@ -53,8 +54,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if case.control:
         # a resonance is bounded too
         caught = not {"bounded", "resonant"} & set(measured.classes or {})
-        reason = "" if caught else "the control was not caught: some of its runs are bounded."
-        return Verdict("pass" if caught else "fail", reason, {"bounded": 0})
+        return of_control(caught, "some of its runs are bounded", {"bounded": 0})
     bad = [
         row for row in inside
         if row.outcome != "bounded" and not (row.outcome in LOOSE and row in loose)
@@ -131,8 +131,7 @@ def _judge_linear(case: Case, measured: Measured) -> Verdict:
     off, first = measured.off_circle, measured.stable_to
     if case.control:
         caught = off is not None or first == 0
-        reason = "" if caught else "the control was not caught: it passes for symplectic."
-        return Verdict("pass" if caught else "fail", reason, {"off_circle": True})
+        return of_control(caught, "it passes for symplectic", {"off_circle": True})
     if reason := not_claimed(case.rule, "symplectic"):
         return Verdict("pass", "", {"not_demanded": reason})
     expected = {"runs": True, "off_circle": None}

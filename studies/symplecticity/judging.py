@@ -7,14 +7,14 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
-from ..core.records import decoded
+from ..core.outcome import of_control
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import FORM
 from ..systems import system_of
 from . import judging_numbers
 from .limits import CHANGES, FORMS, LIMITS, limit, limits
 from .measuring import _kinds, badness, worst_row
-from .records import Found, FoundOfNumbers, Row
+from .records import Found, FoundOfNumbers, Row, found_in
 
 
 def demanded(case: Case) -> tuple[str, ...]:
@@ -54,16 +54,15 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
-    if not case.rule.is_formula and not case.control:
-        return judging_numbers.judge(case, decoded(FoundOfNumbers, measurement))
-    record = decoded(Found, measurement)
+    record = found_in(measurement)
+    if isinstance(record, FoundOfNumbers):
+        return judging_numbers.judge(case, record)
     if case.control:
         off = LIMITS["control" if case.digits == 16 else "control with more digits"]
         wanted = limit(case.digits) * off
         defects = [defect for defect in record.measured.values() if defect is not None]
-        caught = any(defect >= wanted for defect in defects)
-        missed = f"the control was not caught: its defect is {max(defects):.2g}."
-        return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})
+        caught = max(defects) >= wanted
+        return of_control(caught, f"its defect is {max(defects):.2g}", {"at_least": wanted})
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
     if reason := not_claimed(case.rule, "symplectic"):
@@ -94,11 +93,10 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     from ..causes.diagnosis import of_law
     from ..core.outcome import named
 
-    if not case.rule.is_formula:
-        of_jump = judging_numbers.cause_of_jump(case, decoded(FoundOfNumbers, measurement))
+    record = found_in(measurement)
+    if isinstance(record, FoundOfNumbers):
+        of_jump = judging_numbers.cause_of_jump(case, record)
         return of_jump or of_law(case, measurement, "symplecticity")
-
-    record = decoded(Found, measurement)
     broken = _broken(case, record)
     if any(k in broken for k in CHANGES):
         return named(

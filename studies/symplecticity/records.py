@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from ..core.records import OPTIONAL, SPREAD
+from ..core.records import OPTIONAL, SPREAD, decoded
 from ..core.single_steps import SingleSteps
 
 Defects = Mapping[str, float | None]
@@ -145,6 +146,13 @@ class FoundOfNumbers:
     around: int = 0
     jumps: Sequence[Jump] = ()
     local: SingleSteps | None = None
+
+
+def found_in(measurement: Mapping[str, Any]) -> Found | FoundOfNumbers:
+    """Return the record of a measurement: that of a program has a run."""
+    kind: Any = FoundOfNumbers if "run" in measurement else Found
+    found: Found | FoundOfNumbers = decoded(kind, measurement)
+    return found
 
 
 @dataclass(frozen=True, slots=True)

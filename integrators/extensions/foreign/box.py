@@ -50,6 +50,7 @@ class BlackBox(Discretisation):
     kind: ClassVar[str] = "program"
     is_formula: ClassVar[bool] = False  # its steps are the output of a program
     asks_lagrangian: ClassVar[bool] = False
+    composes: ClassVar[bool] = False
 
     @property
     def digest(self) -> str:
