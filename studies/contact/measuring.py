@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators import scenes
 from discmech.integrators.extensions.contact import TOUCHING, scaled_gaps
 from discmech.integrators.runs import run as run_of
 from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
-from ..core.fingerprint import own_name
+from ..core.controls import chosen_controls
 from ..core.fitting import orders_between
 from ..core.single_steps import SingleSteps
 from ..evidence.laws import FORM
@@ -56,24 +56,14 @@ def cases(choice: Choice) -> list[Case]:
     """Return every scene with contact with two rules, or the chosen ones, and the controls."""
     chosen = choice.scenes or tuple(scenes.with_contact())
     rules = choice.rules or tuple(map(discretisations.get, RULES))
-    all_cases = (
-        []
-        if choice.controls
-        else plain_cases(NAME, replace(choice, scenes=chosen, rules=rules), DIGITS)
-    )
+    own = replace(choice, scenes=chosen, rules=rules)
+    all_cases = [] if choice.controls else plain_cases(NAME, own, DIGITS)
     if choice.rules and not choice.controls:
         return all_cases
-    rule = (choice.rules or tuple(map(discretisations.get, RULES)))[0]
-    for control in choice.controls or CONTROLS:
-        own = [s for s in chosen if own_name(s) == CONTROLS[control][0]]
-        all_cases += [Case(NAME, scene, rule, digits, choice.steps, control)
-                      for scene in own for digits in choice.digits or DIGITS]  # fmt: skip
-    if choice.controls and not all_cases:
-        names = ", ".join(CONTROLS[control][0] for control in choice.controls)
-        raise BadInput(
-            f"the control {', '.join(choice.controls)} is run on {names}: name that, or no scene."
-        )
-    return all_cases
+    by_control = [Case(NAME, scenes.get(name), rules[0], digits, choice.steps, control)
+                  for control, (name, _) in CONTROLS.items()
+                  for digits in choice.digits or DIGITS]  # fmt: skip
+    return all_cases + chosen_controls(choice, by_control, by_rules=True)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

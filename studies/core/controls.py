@@ -6,13 +6,16 @@ A bench that never fails a method proves nothing, so these run beside the real s
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
+from discmech.integrators import BadInput
 from discmech.integrators.flows import Flow, arrow_from
 from discmech.integrators.geometry import poisson_defect, pullback_defect
 from discmech.integrators.rules import MAPS
 
-from .case import scheme_of
+from .case import Case, Choice, scheme_of
+from .fingerprint import own_name
 
 #: methods that are not symplectic, by their names as controls
 RUNGE_KUTTA = {
@@ -24,6 +27,25 @@ DAMPED, FLIPPED = "damped residual", "flipped bracket"
 NAMES = (*RUNGE_KUTTA, DAMPED, FLIPPED)
 #: the damped residual is F⁻(y, v) = (1 − DAMPING) F⁺(x, u)
 DAMPING = "1e-6"
+
+
+def chosen_controls(choice: Choice, every: Iterable[Case], by_rules: bool = False) -> list[Case]:
+    """Return those of all cases of controls whose control and whose system are chosen, or any.
+
+    by_rules: True if a chosen rule makes them; otherwise they are by a method of their own, and
+    none runs beside chosen rules. Raises `BadInput` for chosen controls of which none runs.
+    """
+    asked = [case for case in every if case.control in (choice.controls or (case.control,))]
+    names = [own_name(scene) for scene in choice.scenes]
+    alone = by_rules or not choice.rules
+    here = [case for case in asked if alone and case.scene.name in (names or (case.scene.name,))]
+    if choice.controls and not here:
+        where = ", ".join(dict.fromkeys(case.scene.name for case in asked))
+        raise BadInput(
+            f"the control {', '.join(choice.controls)} is run on {where}: name one "
+            f"of these, or none{'' if by_rules else ', and no rule'}."
+        )
+    return here
 
 
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:

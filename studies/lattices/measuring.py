@@ -6,13 +6,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from discmech.integrators import BadInput
 from discmech.integrators import rules as discretisations
 from discmech.integrators.extensions.lattices import DualStep, poisson_defect, step_derivative
 from discmech.integrators.extensions.lattices import scenes as systems
 
 from ..core.case import Case, Choice, Progress, lattice_cases, silent
-from ..core.fingerprint import own_name
+from ..core.controls import chosen_controls
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules
 from ..evidence.measuring import single_steps
 from ..systems import system_of
@@ -40,23 +39,13 @@ def cases(choice: Choice) -> list[Case]:
         return lattice_cases(NAME, choice)  # none, or it says why
     if choice.rules and not choice.scenes:  # without a chosen scene all lattices are tried
         choice = replace(choice, scenes=usual_lattices())  # type: ignore[arg-type]
-    chosen = choice.scenes or usual_lattices()
     all_cases = [] if choice.controls else lattice_cases(NAME, choice)
     if choice.rules:
         return all_cases
-    for control in choice.controls or CONTROLS:
-        name, rule, _ = CONTROLS[control]
-        if name in map(own_name, chosen):
-            scene: Any = systems.get(name)
-            all_cases.append(
-                Case(NAME, scene, discretisations.get(rule), 16, choice.steps, control)
-            )
-    if choice.controls and not all_cases:
-        names = ", ".join(CONTROLS[control][0] for control in choice.controls)
-        raise BadInput(
-            f"the control {', '.join(choice.controls)} is run on {names}: name that, or no lattice."
-        )
-    return all_cases
+    of_name: Any = systems.get
+    by_control = [Case(NAME, of_name(name), discretisations.get(rule), 16, choice.steps, control)
+                  for control, (name, rule, _) in CONTROLS.items()]  # fmt: skip
+    return all_cases + chosen_controls(choice, by_control)
 
 
 def _on_patches(lattice: Any) -> bool:

@@ -14,7 +14,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from discmech.integrators import BadInput, StepFailure, scenes
+from discmech.integrators import StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
@@ -22,7 +22,6 @@ from discmech.integrators.flows import form_change_defects, restricted_form_defe
 from ..core import controls
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
 from ..core.family import KEPT
-from ..core.fingerprint import own_name
 from ..evidence.laws import FORM
 from ..evidence.measuring import single_steps
 from ..systems import system_of
@@ -55,30 +54,16 @@ def cases(choice: Choice) -> list[Case]:
     on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
     # under a force no form is kept, and for a one-step map this study asks nothing else
     on_scenes = [c for c in on_scenes if c.scene.force is None or c.rule.kind != "one-step map"]
-    places = [
-        (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
-        for control in choice.controls or controls.NAMES
+    on_scenes += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
+    by_control = [
+        Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
+        for digits in choice.digits or DIGITS
+        for scene in map(scenes.get, CONTROL_SCENES)
+        for control in controls.NAMES
         # the sign of a bracket matters only beside an anchor
         if control != controls.FLIPPED or scene.groupoid.kind in ("action", "product")
     ]  # fmt: skip
-    chosen = [*map(own_name, choice.scenes)] or CONTROL_SCENES
-    here = [] if choice.rules else [place for place in places if place[0].name in chosen]
-    if choice.controls and not here:
-        names = dict.fromkeys(scene.name for scene, _ in places)
-        raise BadInput(
-            f"the control {', '.join(choice.controls)} is run on {', '.join(names)}, by a method "
-            "of its own: name one of these scenes, or none, and no rule."
-        )
-    on_scenes += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
-    return (
-        on_scenes
-        + on_lattices
-        + [
-            Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
-            for digits in choice.digits or DIGITS
-            for scene, control in here
-        ]
-    )
+    return on_scenes + on_lattices + controls.chosen_controls(choice, by_control)
 
 
 def _kinds(case: Case) -> tuple[str, ...]:
