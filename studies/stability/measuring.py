@@ -9,12 +9,12 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from discmech.integrators import midpoint, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators import scenes
 from discmech.integrators.rules import Discretisation
 
 from ..core import controls
-from ..core.case import Case, Choice, Progress, scheme_of, silent
+from ..core.case import Case, Choice, Progress, silent
 from ..core.fingerprint import own_name
 from . import EULER, RUNGE_KUTTA, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
@@ -59,8 +59,10 @@ def cases(choice: Choice) -> list[Case]:
                 all_cases.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
         for control in CONTROLS.get(name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
-                words = (16, choice.steps, control, choice.thorough)
-                all_cases.append(Case(NAME, scene, midpoint, *words))
+                rule = controls.RUNGE_KUTTA[control]
+                all_cases.append(
+                    Case(NAME, scene, rule, 16, choice.steps, control, choice.thorough)
+                )
     return all_cases
 
 
@@ -114,10 +116,10 @@ def measure_linear(case: Case, progress: Progress = silent) -> Mapping[str, Any]
     (`gaps_of`), resonances, off_circle (a z below stable_to at which the step is not symplectic),
     runs (true if 10⁵ steps on both sides of the ends agree).
     """
-    problem = Oscillator(controls.RUNGE_KUTTA[case.control] if case.control else case.rule)
+    problem = Oscillator(case.rule)
     progress(f"{case.label}: linear stability", 0.0)
     rows = linear_stability.spectra(problem.matrix)
-    proved = problem.proved() if case.rule.is_formula and not case.control else None
+    proved = problem.proved() if case.rule.is_formula else None
     intervals = proved.unstable if proved else linear_stability.unstable_intervals(problem.matrix)
     progress(f"{case.label}: runs on both sides", 0.5)
     first = intervals[0][0] if intervals else None
@@ -132,7 +134,7 @@ def measure_linear(case: Case, progress: Progress = silent) -> Mapping[str, Any]
             "intervals": {str(i + 1): [a, b] for i, (a, b) in enumerate(intervals)},
             "proved": proved is not None,
             "touched": proved.touched if proved else None,
-            "gaps": gaps_of(case.rule) if not case.control else [],
+            "gaps": gaps_of(case.rule),
             "resonances": linear_stability.resonances(problem.matrix),
             "off_circle": problem.off_circle(first or FARTHEST, proved is not None),
             "runs": agree,
@@ -155,9 +157,8 @@ def measure_map(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
         progress(f"{label}: stability map", fraction)
 
     if case.control:  # a part of the map is enough
-        scheme = scheme_of(case.scene, controls.RUNGE_KUTTA[case.control])
         part = replace(family, stiffness=family.stiffness[:2])
-        rows = stability_map(part, scheme, steps=CONTROL_STEPS, progress=show)
+        rows = stability_map(part, case.scheme, steps=CONTROL_STEPS, progress=show)
     else:
         steps = case.steps or (None if case.rule.is_formula else PROGRAM_STEPS)
         ends = [(a * _FAST_PART, b * _FAST_PART) for a, b in gaps_of(case.rule)]

@@ -155,7 +155,7 @@ def test_every_family_has_variants_that_run(name):
 
 
 def test_explicit_euler_has_no_bounded_run():
-    found = measured("stability", "spring-pendulum", control="explicit Euler")
+    found = measured("stability", "spring-pendulum", "explicit-euler", control="explicit Euler")
     assert found["verdict"] == "pass"
     assert set(found["measured"]["classes"]) <= {"blown up", "drifting"}
 
