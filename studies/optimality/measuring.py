@@ -28,7 +28,8 @@ from ..evidence.measuring import of_scheme
 NAME = "optimality"
 NEEDS = (
     "it needs a problem of optimal control, in double precision: one that `discmech control` "
-    "lists, or the scene of a Control(...) in a file of yours, and a rule of one step."
+    "lists, or the scene of a Control(...) in a file of yours, and a rule of one step that "
+    "discretises a Lagrangian."
 )
 RULES = ("midpoint", "gauss-2")
 STEPS = 32

@@ -71,7 +71,7 @@ def test_where_nothing_is_known_the_run_is_judged(found):
 
 
 def test_controls_are_asked_for_no_consistency():
-    found = get("symplecticity").measuring.cases(Choice(own=(("control", ("damped",)),)))
+    found = get("symplecticity").measuring.cases(Choice(own=(("control", ("damped residual",)),)))
 
     assert found and all(single_steps(case) is None for case in found)
 
