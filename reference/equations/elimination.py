@@ -39,7 +39,8 @@ def explicit_rates(
     values = {symbol: value.evalf(40) for symbol, value in start.items()}
 
     def value(expression: sympy.Expr) -> sympy.Expr:
-        return expression.subs(values).evalf(40)
+        known = {e: values[e] for e in expression.free_symbols if e in values}
+        return expression.xreplace(known).evalf(40)
 
     def hold(expression: sympy.Expr) -> sympy.Expr:
         if expression.is_Atom:
