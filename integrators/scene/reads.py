@@ -179,8 +179,8 @@ class _Reader:
 
     def say(self, *words: object) -> None:
         for word in words:
-            self.whole.update(word if isinstance(word, bytes) else encoded(str(word)))
-            self.whole.update(b"\0")
+            said = word if isinstance(word, bytes) else encoded(str(word))
+            self.whole.update(said + b"\0")
 
     def add(self, thing: Any) -> None:
         """Add any object to the digest, by its type: what it says of itself may be anything."""
@@ -417,18 +417,29 @@ _KEEPERS = (*_PLAIN, *_HOLDERS, np.ndarray, np.generic)
 
 def _attributes_of(thing: object) -> Iterator[tuple[str, Any]]:
     """Yield names and values, but those of cached properties of ours: others make them."""
-    kind = type(thing)
+    kind: type = type(thing)
     for name, value in sorted(getattr(thing, "__dict__", {}).items()):
-        made = inspect.getattr_static(kind, name, None)
-        if not (isinstance(made, cached_property) and "discmech." in _library_of(made.func)):
+        if not _is_made(kind, name):
             yield name, value
-    for base in kind.__mro__:
-        for name, slot in vars(base).items():
-            if isinstance(slot, MemberDescriptorType):
-                try:
-                    yield name, slot.__get__(thing, kind)
-                except AttributeError:  # nothing was ever put there
-                    yield name, None
+    for name, slot in _slots_of(kind):
+        try:
+            yield name, slot.__get__(thing, kind)
+        except AttributeError:  # nothing was ever put there
+            yield name, None
+
+
+@lru_cache(maxsize=4096)
+def _is_made(kind: type, name: str) -> bool:
+    """Whether an attribute of that name is a cached property of ours."""
+    made = inspect.getattr_static(kind, name, None)
+    return isinstance(made, cached_property) and "discmech." in _library_of(made.func)
+
+
+@lru_cache(maxsize=4096)
+def _slots_of(kind: type) -> list[tuple[str, MemberDescriptorType]]:
+    """Return the slots of a class and of its bases, which only its making gives it."""
+    return [(name, slot) for base in kind.__mro__ for name, slot in vars(base).items()
+            if isinstance(slot, MemberDescriptorType)]  # fmt: skip
 
 
 def _is_library(module: object) -> bool:
