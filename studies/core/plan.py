@@ -91,6 +91,10 @@ class Plan:
         turn, case = self.studies[place[0]].turn, self.case(place)
         return turn > 1, (case.digits == 16) != (case.scene.groupoid.dim_u >= MANY), turn
 
+    def scene(self, task: Task) -> Scene:
+        """Return the scene of a task."""
+        return self.case(task.places[0]).scene if task.pair is None else self.pairs[task.pair][0]
+
     def spread(self, tasks: Sequence[Task]) -> list[Task]:
         """Return the tasks in an order for several workers: a short one, then those of many cases
         first.
@@ -99,10 +103,7 @@ class Plan:
         task at the end, and schemes of one scene are far apart: the values that one worker computes
         for the scene are there for the next.
         """
-        scenes = [
-            self.case(task.places[0]).scene if task.pair is None else self.pairs[task.pair][0]
-            for task in tasks
-        ]
+        scenes = [self.scene(task) for task in tasks]
         turns: Counter[Scene] = Counter()
         keys = []
         for k, (task, scene) in enumerate(zip(tasks, scenes, strict=True)):

@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache, partial
 from queue import SimpleQueue
+from threading import Lock
 from typing import Any, TypeAlias
 
 from discmech.integrators import BadInput, Scheme, StepFailure
@@ -161,14 +162,23 @@ def finished(
     left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
     kept: Store | Carried | None = Carried() if elsewhere else store
 
-    def following() -> Task | None:
-        try:
-            return left.popleft()  # a thread of the pool may just have emptied it
-        except IndexError:
-            return None
+    begun: dict[bool, set[str]] = {True: set(), False: set()}
+    one_at_a_time = Lock()  # threads of the pool take tasks, too
+
+    def following(here: bool) -> Task | None:
+        """Return the next task on a scene that only this side has begun, or else the next one.
+
+        What one process has derived and followed of a scene, another would do once more.
+        """
+        with one_at_a_time:
+            alone = (t for t in left if plan.scene(t).name not in begun[not here])
+            if (task := next(alone, next(iter(left), None))) is not None:
+                left.remove(task)
+                begun[here].add(plan.scene(task).name)
+            return task
 
     def give(pool: Executor) -> None:
-        if (task := following()) is not None:
+        if (task := following(here=False)) is not None:
             try:
                 future = pool.submit(_in_worker, *sent, task, also, kept)
             except RuntimeError as error:  # the pool has ended, or has no thread for it
@@ -201,7 +211,7 @@ def finished(
     mine = others = 0
     try:
         with worker_pool(workers, heard) as pool:
-            task = following()
+            task = following(here=True)
             for _ in range(len(left) if isinstance(workers, Cluster) else workers):
                 give(pool)
             while task is not None:
@@ -211,7 +221,7 @@ def finished(
                         others += 1
                         yield taken()
                 mine += 1
-                task = following()
+                task = following(here=True)
             while mine + others < len(tasks):
                 others += 1
                 yield taken()
