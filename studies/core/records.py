@@ -65,25 +65,32 @@ def encoded(thing: Any) -> Any:
 
     A field that is `optional` is left out while it is None.
     """
-    if type(thing) in _SCALARS:  # most are, and a result has a million
+    if (kind := type(thing)) in _SCALARS:  # most are, and a result has a million
         return thing
-    if is_dataclass(thing) and not isinstance(thing, type):
+    if is_dataclass(kind):
         made: dict[str, Any] = {}
-        for one in fields(thing):
-            value, key = getattr(thing, one.name), one.metadata.get("key", one.name)
+        for name, key, optional in _keys_of(kind):
+            value = getattr(thing, name)
             if key == "*":
                 made |= encoded(value)
-            elif key and (value is not None or not one.metadata.get("optional")):
-                made[key] = encoded(value)
+            elif key and not (optional and value is None):
+                made[key] = value if type(value) in _SCALARS else encoded(value)
         return made
     if isinstance(thing, Mapping):
         return {key: encoded(value) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
-        return [encoded(value) for value in thing]
+        return [e if type(e) in _SCALARS else encoded(e) for e in thing]
     return thing
 
 
 _SCALARS = frozenset((bool, float, int, str, NoneType))
+
+
+@cache
+def _keys_of(kind: Any) -> list[tuple[str, str, bool]]:
+    """Return (name, key, True if it is left out while it is None) of each field."""
+    return [(one.name, one.metadata.get("key", one.name), bool(one.metadata.get("optional")))
+            for one in fields(kind)]  # fmt: skip
 
 
 @cache
@@ -105,6 +112,8 @@ def _reader(hint: Any, finite: bool) -> Reader:
         return lambda value: decoded(hint, value, finite)  # type: ignore[arg-type]
     if get_origin(hint) in (list, Sequence):
         inner = _reader(parts[0], finite)
+        if inner is _as_given:
+            return lambda values: list(values or ())
         return lambda values: [inner(value) for value in values or ()]
     if get_origin(hint) in (dict, Mapping):
         inner = _reader(parts[1], finite)
