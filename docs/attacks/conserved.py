@@ -100,3 +100,11 @@ def pulled(name, sign):
 
 
 pulled_long = pulled("pulled-long", 1)
+
+
+#: a motion on an axis of an oval well, which has no angular momentum
+axis = Scene(
+    name="axis", groupoid=pair(2), x0=["0.8", 0], v0=["0.3", 0], duration=10, step="1/40",
+    lagrangian=lambda x, v, p: v.dot(v) / 2 - x[0] ** 2 / 2 - x[1] ** 2 - x[0] ** 4 / 4,
+    symmetries=[Conserved("L", lambda x, mu, p: angular(x, mu), kind="first integral")],
+)  # fmt: skip

@@ -85,11 +85,12 @@ class Cloud:
 
     def changes(self, of: Rows) -> Vector:
         """Return the change of a quantity by each step, over its terms, (r,)."""
-        (before, terms), (after, _) = of(self._rows(self.z)), of(self._rows(self.ends))
+        (before, terms), (after, _) = of(self.rows(self.z)), of(self.rows(self.ends))
         size = terms.max(axis=1)
         return np.asarray(np.abs(after - before).max(axis=1) / np.where(size > 0, size, 1))
 
-    def _rows(self, states: Matrix) -> Any:
+    def rows(self, states: Matrix) -> Any:
+        """Return states (r, n+m) as the rows of a run from which quantities are computed."""
         x, mu = np.hsplit(states, [self.scheme.s.n])
         base = np.hstack([x, self.t[:, None]]) if self.scheme.s.clocked else x
         return SimpleNamespace(x=x, base=base, mu=mu, u=self.v)

@@ -14,6 +14,7 @@ from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, Evidence, LocalOrder, evidence_of
+from .integrals import check_first_integrals
 from .laws import AGAIN, ARROW, ENERGY, ROUNDINGS, Law
 from .rows import energy_by_row, of_rows
 
@@ -24,7 +25,7 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
     least: the order below which it is too low; without one only consistency is asked, and of a
     program only components whose errors sink as one power of the step count. The steps of recorded
     runs are those from row to row. Raises `Displaced` for a program whose answers begin elsewhere
-    than at their start.
+    than at their start, `BadInput` for a declared first integral that is none.
     """
     if case.rule.is_recorded:
         runs: Any = case.scheme
@@ -32,6 +33,7 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
         by_row = {law.name: energy_by_row(runs, ROUNDINGS) for law in laws
                   if law in ENERGY.values()}  # fmt: skip
         return replace(record or SingleSteps(), laws=by_row) if by_row else record
+    check_first_integrals(case.scheme)
     try:
         scheme = system_of(case).single_steps()
         if scheme is None:

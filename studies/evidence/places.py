@@ -108,14 +108,14 @@ def seed_in_numbers(scheme: Any) -> int:
     return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
 
 
-def places_of(scheme: Scheme, seed: int) -> list[Place]:
-    """Return `ON` places on the motion and `BESIDE` beside it.
+def places_of(scheme: Scheme, seed: int, beside: int = BESIDE) -> list[Place]:
+    """Return `ON` places on the motion and so many beside it.
 
     Raises `ReferenceFailure` for a scene that has no continuous equations, and where no place
     around the motion can be found.
     """
     drawn, motion = random.Random(seed), _motion(scheme.scene)
-    shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + BESIDE)]
+    shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + beside)]
     at = [drawn.randrange(len(motion.states)) for _ in shares]
     places = list(_drawn(scheme, drawn, at, shares))
     if not places:

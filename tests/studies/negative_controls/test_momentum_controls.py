@@ -9,7 +9,9 @@ from discmech.integrators.rules.maps import rkmk_4
 from discmech.integrators.scene import Conserved
 from discmech.studies import check, get
 from discmech.studies.causes.round_off import lost_one_way
+from discmech.studies.core.case import Case
 from discmech.studies.core.result import result_of
+from discmech.studies.evidence.measuring import single_steps
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum.view import VIEW
 from discmech.tests.bench.power.catalogue import everything
@@ -18,6 +20,7 @@ from discmech.tests.bench.power.sites import FaultyCase
 from tests.objects import PLAIN, with_wrong_force
 from tests.studies.as_json import run_case
 from tests.studies.cached_results import measured
+from tests.studies.programs import methods
 
 
 @pytest.mark.slow
@@ -55,8 +58,27 @@ def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
 
 def test_first_integrals_are_not_asked_to_be_exact():
     only = Conserved("Hamiltonian", lambda x, mu, p: mu[0] ** 2, kind="first integral")
+    scene = scenes.get("pendulum").with_values(symmetries=[only])
     with pytest.raises(BadInput, match="a first integral belongs to the motion, and no"):
-        check("momentum", [scenes.get("pendulum").with_values(symmetries=[only])], ["midpoint"])
+        check("momentum", [scene], ["midpoint"])
+
+
+@pytest.mark.parametrize("numeric", [False, True])
+def test_first_integrals_are_asked_of_motions_beside_the_scenes_own(numeric):
+    """Motions on an axis of an oval well have no angular momentum, and others change theirs."""
+    rule, start = trapezoidal, {"x0": [1, 0], "duration": 1, "step": "1/20"}
+    if numeric:
+        start |= {"numeric_hamiltonian": lambda q, p: p @ p / 2 + q @ (q * [1, 2]), "mu0": [1, 0]}
+        rule = methods.verlet
+        scene = Scene("well", pair(2), gradient=lambda q, p: (q * [2, 4], p), **start)
+    else:
+        scene = Scene("well", pair(2), lambda x, v, p: v.dot(v) / 2 - x[0] ** 2 - 2 * x[1] ** 2,
+                      v0=[1, 0], **start)  # fmt: skip
+    kept = Conserved("along", lambda x, mu, p: mu[0] ** 2 / 2 + x[0] ** 2, kind="first integral")
+    lost = Conserved("L", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0], kind="first integral")
+    single_steps(Case("order", scene.with_values(symmetries=[kept]), rule, 16))
+    with pytest.raises(BadInput, match="L is declared a first integral, but the motion from x ="):
+        single_steps(Case("order", scene.with_values(symmetries=[kept, lost]), rule, 16))
 
 
 def test_a_quantity_of_several_components_drifts_if_one_of_them_does():
