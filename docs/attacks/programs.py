@@ -340,3 +340,16 @@ kinked = black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]), name="kin
 leaves = black_box(step=1, symplectic=True, states=([-2, -2], [2, 2]), name="leaves")(
     lambda q, p: (1 - 1.4 * q**2 + p, -q)
 )
+
+
+def truncated(q, p, h, steps, system):
+    """The derivative of the end of `truncating` on harmonic by its start, in its last 20 steps."""
+    half = np.array([[1, 0], [-h / 2, 1]])
+    return np.linalg.matrix_power(half @ [[1, h], [0, 1]] @ half, min(steps, 20))
+
+
+@black_box(order=2, gradient=truncated)
+def truncating(q, p, h, system):
+    p = p - h / 2 * system.gradient(q, p)
+    q = q + h * system.velocity(q, p)
+    return q, p - h / 2 * system.gradient(q, p)

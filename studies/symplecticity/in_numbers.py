@@ -142,7 +142,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
         defects = [_restricted(n, g, embed, reach, noise)]
     else:
         of, own = of_step(flow, g, look, scale, noise)
-        own += of_run(flow, look, scale, seed + k)
+        own += of_run(flow, look, scale, seed, k)
         tensors = (flow.system.tensor(z[:n], z[n:]) for z in (look.z, after))
         defects = [form_defect(of, *tensors)]
         volume = Volume(**vars(volume_defect(of)))

@@ -23,7 +23,7 @@ from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
 from .in_numbers import ENOUGH, decisive, may_hide, wanted_share
 from .judging_form import is_defect
 from .limits import LIMITS
-from .own_derivatives import STEPS
+from .own_derivatives import STEPS, TOLD
 from .records import FoundOfNumbers, Jump, OfNumbers
 
 _ROUGH = (
@@ -154,7 +154,7 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     off, k, worst = max(departures, key=lambda each: each[0], default=(0.0, 0, None))
     if worst is None or not is_defect(off, case.rule.unit(16)):
         return None
-    of = "step" if worst.what == "jacobian" else f"run of {STEPS} steps by {worst.by}"
+    of = "step" if worst.what == "jacobian" else f"run of {worst.steps} steps by {worst.by}"
     said = (
         f"its {worst.what} is not the derivative of its {of}: an entry is off by {off:.2g} of the "
         f"motion, beyond every error of the differences, at step {rows[k].step:.3g}, "
@@ -213,22 +213,24 @@ def _looked_at(case: Case, record: FoundOfNumbers) -> list[str]:
             f"of the motion's size beside it, by {STEPS_ASKED}, were looked through by plain "
             "differences"
         )  # fmt: skip
-    for (what, by), hidden in _hidden(rows).items():
-        of = "steps" if what == "jacobian" else f"runs of {STEPS} steps"
-        places = sum(any((e.what, e.by) == (what, by) for e in row.derivatives) for row in rows)
-        told.append(f"its {what} by {by} is that of {of} from {places} places, but for errors of "
-                    f"{hidden:.0e} of the motion")  # fmt: skip
+    for (what, by, steps), hidden in sorted(_hidden(rows).items()):
+        of = "steps" if what == "jacobian" else f"runs of {steps} steps"
+        places = sum(any((e.what, e.by, e.steps) == (what, by, steps) for e in row.derivatives)
+                     for row in rows)  # fmt: skip
+        if hidden <= TOLD:
+            told.append(f"its {what} by {by} is that of {of} from {places} places, but for errors "
+                        f"of {hidden:.0e} of the motion")  # fmt: skip
     return told
 
 
-def _hidden(rows: Sequence[OfNumbers]) -> dict[tuple[str, str], float]:
+def _hidden(rows: Sequence[OfNumbers]) -> dict[tuple[str, str, int], float]:
     """Return what differences hide of each derivative that is given, at the place that tells most.
 
-    The keys are its name, and by what it is taken.
+    The keys are its name, by what it is taken, and the steps of the run.
     """
-    best: dict[tuple[str, str], float] = {}
+    best: dict[tuple[str, str, int], float] = {}
     for each in (each for row in rows for each in row.derivatives):
-        key = each.what, each.by
+        key = each.what, each.by, each.steps
         best[key] = min(best.get(key, math.inf), each.hidden)
     return best
 
@@ -237,11 +239,11 @@ def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
     """Return why a derivative that is not wrong is not known to be right; or ""."""
     best = _hidden(rows)
     allowed = min(0.01, LIMITS["own derivative"] * case.rule.unit(16) / 2.0**-53)
-    for (what, by), hidden in best.items():
-        if not hidden <= allowed:
+    for (what, by, steps), hidden in best.items():
+        if steps <= STEPS and not hidden <= allowed:
             said = f"its {what} by {by} is that of its steps as far as differences see: an error "
             return f"{said}of {hidden:.1g} of the motion could be hidden."
-    if missing := [word for word in _given_by(case) if word not in {what for what, _ in best}]:
+    if missing := [word for word in _given_by(case) if word not in {what for what, *_ in best}]:
         return f"its {missing[0]} was not held against its steps: no place has such a run."
     return ""
 

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.errors import RAISED, shown, unknown
 from discmech.integrators.extensions.foreign import (
     Derivative,
@@ -32,7 +32,11 @@ Flow: TypeAlias = Any
 Rule: TypeAlias = Any
 
 START = "start"  # the name of the state at which a run begins, beside those of parameters
-STEPS = 16  # steps of the run whose gradient is asked
+STEPS = 16  # steps of the runs whose gradient is asked at every place
+#: and of longer ones, from two places: as many as the scene has, or drawn parts of these
+MOST_STEPS, PARTS, PLACES = 2**11, (0.6, 1.0), 2
+TOLD = 0.01  # of the motion: what differences of a run hide, or one of half as many steps is made
+NEAR = 2.0**-26  # share of the motion by which starts differ to tell how such a change grows
 PART = 1 / 8  # share of a parameter's size over which it is varied: its sign stays
 HALF = 2.0**-26  # half of the digits of a double
 ROUNDINGS = 64  # of one step's derivative, in units of its largest entry
@@ -53,18 +57,56 @@ def of_step(
     return own, [Held("jacobian", START, off, hidden)]
 
 
-def of_run(flow: Flow, look: Look, scale: Vector, seed: int) -> list[Held]:
-    """Return the distances of the program's gradient of a run, by the start and by parameters."""
+def of_run(flow: Flow, look: Look, scale: Vector, seed: int, place: int) -> list[Held]:
+    """Return the distances of the program's gradient of runs, by the start and by parameters.
+
+    From the first places runs are as long as the scene's, too. Where differences tell nothing of
+    one, it is halved.
+    """
     if flow.scheme.rule.gradient is None or look.count == 1:
         return []
-    gradient = _asked(flow, "gradient", look.z, look.time, STEPS)
+    held = _of_steps(flow, look, scale, seed + place, STEPS)
+    most = min(MOST_STEPS, flow.scheme.scene.steps_for(flow.scheme.scene.step))
+    steps = int(most * np.random.default_rng(seed).uniform(*PARTS)) * (place < 2 * PLACES)
+    while steps > STEPS and not any(each.off for each in held):
+        longer = _of_steps(flow, look, scale, seed + place, steps)
+        held += longer
+        if longer and all(each.hidden <= TOLD for each in longer):
+            break
+        steps //= 2
+    return held
+
+
+def _of_steps(flow: Flow, look: Look, scale: Vector, seed: int, steps: int) -> list[Held]:
+    try:
+        growth = _growth(flow, look, scale, steps) if steps > STEPS else 1.0
+    except StepFailure:
+        return []
+    gradient = _asked(flow, "gradient", look.z, look.time, steps)
     by_name = gradient if isinstance(gradient, dict) else {START: gradient}
-    return [_by(flow, look, scale, seed, *entry) for entry in by_name.items()]
+    return [_by(flow, look, scale, seed, steps, growth, *e) for e in by_name.items()]
 
 
-def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, gradient: object) -> Held:
+def _growth(flow: Flow, look: Look, scale: Vector, steps: int) -> float:
+    """Return the largest growth of a small change of the start along a run, at least 1.
+
+    A rounding of a row's derivative is as large as that has grown, and grows by at most as much
+    again, in units of the derivative of the whole run (D_kn = D_0n D_0k⁻¹, which keeps the form).
+    """
+    n, drawn, rows = flow.system.n, np.random.default_rng(steps), list[Matrix]()
+    for way in (0.0, *drawn.choice((-NEAR, NEAR), (2, len(scale)))):
+        z = look.z + way * scale
+        run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=look.time)
+        rows.append(np.hstack([run.x, run.mu]).astype(float))
+    return max(1.0, *(float(np.abs((e - rows[0]) / scale).max()) / NEAR for e in rows[1:]))
+
+
+def _by(
+    flow: Flow, look: Look, scale: Vector, seed: int, steps: int, growth: float, by: str,
+    gradient: object,
+) -> Held:  # fmt: skip
     rule, n, size = flow.scheme.rule, flow.system.n, len(look.z)
-    run, ways, shape = _arguments(flow, look, scale, by)
+    run, ways, shape = _arguments(flow, look, scale, by, steps)
 
     def scalar(y: Vector) -> Vector:
         end = run(y)
@@ -76,10 +118,9 @@ def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, gradient: obj
     seen = derivative(f, size if of_state else 1, ways, noise)
     array = _array(rule, "gradient", gradient, (size, *shape) if of_state else shape)
     sizes = scale if of_state else np.array([_size_of(rule, run(0 * ways), n, scale)])
-    off, hidden = distance(
-        array.reshape(-1, count), seen, ways, sizes, STEPS * ROUNDINGS * rule.unit(16)
-    )
-    return Held("gradient", by, off, hidden)
+    rounding = steps * ROUNDINGS * rule.unit(16) * growth**2
+    off, hidden = distance(array.reshape(-1, count), seen, ways, sizes, rounding)
+    return Held("gradient", by, off, hidden, steps)
 
 
 def _size_of(rule: Rule, end: Vector, n: int, scale: Vector) -> float:
@@ -94,12 +135,12 @@ def _size_of(rule: Rule, end: Vector, n: int, scale: Vector) -> float:
 
 
 def _arguments(
-    flow: Flow, look: Look, scale: Vector, by: str
+    flow: Flow, look: Look, scale: Vector, by: str, steps: int
 ) -> tuple[Callable[[Vector], Vector], Vector, tuple[int, ...]]:
     """Return (change of the argument ↦ end of the run, the size of each change, its shape)."""
     scheme, t0 = flow.scheme, look.time
     if by == START:
-        run = flow.map_of(STEPS, t0=t0)
+        run = flow.map_of(steps, t0=t0)
         return (lambda y: run(look.z + y)), scale, scale.shape
     known = vars(flow.system.parameters)
     if by not in known:
@@ -109,7 +150,7 @@ def _arguments(
 
     def changed(y: Vector) -> Vector:
         moved = scheme.at(parameters={by: (value + y.reshape(value.shape)).tolist()})
-        end: Vector = moved.flow(flow.step).map_of(STEPS, t0=t0)(look.z)
+        end: Vector = moved.flow(flow.step).map_of(steps, t0=t0)(look.z)
         return end
 
     ways = PART * np.where(value == 0, size, np.abs(value)).reshape(-1)

@@ -50,13 +50,15 @@ class Held:
     """How far a derivative that a program gives is off, beyond the errors of differences.
 
     what: "jacobian", that of a step, or "gradient", that of a run; by the start, or by a parameter
-    of that name. hidden: what these errors may hide. Both are in units of the motion.
+    of that name. hidden: what these errors may hide. Both are in units of the motion. steps: those
+    of the run.
     """
 
     what: str = ""
     by: str = ""
     off: float = 0.0
     hidden: float = 0.0
+    steps: int = 1
 
 
 @dataclass(frozen=True, slots=True)
