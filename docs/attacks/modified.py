@@ -2,7 +2,9 @@
 
 import sys
 
-from discmech import one_step
+import sympy
+
+from discmech import discretisation, one_step
 from discmech.studies.command import main
 
 
@@ -14,6 +16,15 @@ def losing(s, z, h):
     x = x + h * s.split(s.dH(s.join(x, mu)))[1]
     mu = mu - h / 2 * s.split(s.dH(s.join(x, mu)))[0]
     return s.join(x, (1 - h**3 / 1000) * mu)
+
+
+@discretisation(order=2)
+def bumpy(L, G, x, u, h):
+    """Two points with weights of 1/2, but where x is 1/2: there they differ by 1/10."""
+    off = sympy.exp(-(((x[0] - sympy.Rational(1, 2)) * 40) ** 2)) / 20
+    half = sympy.Rational(1, 2)
+    first, second = (L(G.target(x, u, k * h / 3), u) for k in (1, 2))
+    return h * ((half + off) * first + (half - off) * second)
 
 
 if __name__ == "__main__":

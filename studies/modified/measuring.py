@@ -3,7 +3,8 @@
 Along a run the energy H of a method of order p errs by O(h^p), and H + … + h^j H_{j+1} by
 O(h^(j+1)), j ≥ p, as it contains no later power. The error is the largest less the smallest value
 along runs to one time by steps that are halved; its slope, log₂ of the ratio for the last two steps
-above round-off, is compared with the power.
+above round-off, is compared with the power. The terms below the order have to be 0 around the
+motion, too, since these few steps may miss a part of it.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.expansions import ModifiedEquation
+from discmech.integrators.numbers import Matrix
 
 from ..core.case import Verdict
+from ..evidence.cloud import around
 from ..systems.modified_energy import dual_of
 
 #: steps of the coarsest run, halvings, and states of each run that are looked at
@@ -30,6 +34,7 @@ LARGER = 4  # times the scene's step, where that leaves round-off
 NEAR = 0.5
 #: of two successive slopes, by which they differ where the errors follow their power
 SETTLED = 0.25
+DIGITS = 34  # of the terms below the order, which are 0 to as many in an exact formula
 #: round-offs of the energy's terms, for each of them and for the steps of the run
 ROUNDED = 64
 
@@ -39,8 +44,9 @@ class Kept:
     """The errors of H + … + h^j H_{j+1} along runs, j = 0, 1, …, order.
 
     steps (s,); errors: for each j the errors at these steps, in units of H; floor: below it they
-    are round-off, (s,); wanted: for each j the power of the first omitted term; below: {j: the
-    largest share that h^j H_{j+1} has of the energy's terms} for the powers j below the order.
+    are round-off, (s,); wanted: for each j the power of the first omitted term; below: for
+    the powers j below the order the largest share that h^j B dH_{j+1} has of the field, and the
+    state where it has.
     """
 
     order: int
@@ -49,7 +55,7 @@ class Kept:
     errors: list[list[float]]
     floor: list[float]
     wanted: list[int] = field(default_factory=list)
-    below: dict[int, float] = field(default_factory=dict)
+    below: dict[int, tuple[float, str]] = field(default_factory=dict)
 
     def slopes(self, j: int) -> list[float]:
         """Return log₂ of the ratios of errors at successive steps that are no round-off."""
@@ -97,17 +103,34 @@ def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
         z = np.hstack([run.x, run.mu])
         terms = dual(z.astype(float))[1].max()
         H = equation.hamiltonian(z)
-        if not k:
-            sizes = np.ptp(H[1:first].astype(float), axis=1) / float(terms)
-            record.below = {
-                j: float(size) * float(flow.step) ** j for j, size in enumerate(sizes, 1)
-            }
+        if not k and first > 1:
+            record.below = _below(scheme, first, z.astype(float))
         record.steps.append(float(flow.step))
         record.floor.append(eps * float(terms) * math.sqrt(STEPS * 2**k))
         for j in range(order + 1):
             values = equation.at_step(H[: j + 1], flow.step)
             record.errors[j].append(float(values.max() - values.min()))
     return record
+
+
+def _below(scheme: Scheme, order: int, z: Matrix) -> dict[int, tuple[float, str]]:
+    """Return `Kept.below` at rows (r, n+m) of a run, and at states around the motion.
+
+    A field counts in units of each entry's size over the fastest of the motion's own.
+    """
+    scale = np.abs(z).max(axis=0)
+    with suppress(reference.ReferenceFailure):
+        cloud = around(scheme)
+        z, scale = np.vstack([z, cloud.z]), cloud.scale
+    scale = np.where(scale > 0, scale, scale.max(initial=0.0) or 1.0)
+    own, *lower = np.abs(ModifiedEquation(scheme, order - 1, DIGITS).field(z)).astype(float) / scale
+    below = dict[int, tuple[float, str]]()
+    for j, part in enumerate(lower, 1):
+        k = int(part.max(axis=1).argmax())
+        x, mu = (", ".join(f"{e:.4g}" for e in each) for each in np.split(z[k], [scheme.s.n]))
+        share = part[k].max() / own.max() * float(scheme.scene.step) ** j
+        below[j] = float(share), f"x = ({x}), mu = ({mu})"
+    return below
 
 
 def below_order(record: Kept) -> str:
@@ -124,14 +147,14 @@ def below_order(record: Kept) -> str:
             "(discmech order says why)."
         )
     # weights that are floats leave round-offs of doubles, in whatever digits
-    lower = [j for j, size in record.below.items() if size > ROUNDED * 2.0**-53]
-    if not lower:
-        return ""
-    return (
-        f"H_{lower[0] + 1} is not 0: along runs it changes H̃ by {record.below[lower[0]]:.1e} of "
-        f"the energy's terms, and a method of order {record.first} has no such term (discmech "
-        "order says why)."
-    )
+    for j, (size, state) in record.below.items():
+        if size > ROUNDED * 2.0**-53:
+            return (
+                f"H_{j + 1} is not 0: at {state} it is {size:.1e} of the motion by the scene's "
+                f"step, and a method of order {record.first} has no such term (discmech order says "
+                "why)."
+            )
+    return ""
 
 
 def judge(record: Kept) -> Verdict:

@@ -68,14 +68,16 @@ def test_what_cannot_be_asked_is_said_in_a_sentence(words, said, capsys):
     assert said in error and error.count("\n") == 1
 
 
-@pytest.mark.parametrize(("at", "verdict"), [("1/2", "pass"), (0.5 + 1e-16, "pass"),
-                                             ("1/2 + 1e-7", "fail")])  # fmt: skip
+@pytest.mark.parametrize(("at", "verdict"), [
+    ("1/2", "pass"), (0.5 + 1e-16, "pass"), ("1/2 + 1e-7", "fail"),
+    ("1/2 + exp(-((x - 1/2)*40)**2)/20", "fail"),
+])  # fmt: skip
 def test_a_small_term_below_the_order_is_caught(at, verdict):
-    """However small beside the energy's band, but for the last bit of a float."""
+    """However small beside the energy's band, or narrow, but for the last bit of a float."""
 
     @rules.discretisation(order=2)
     def beside_the_middle(L, G, x, u, h):
-        return h * L(G.target(x, u, sympify(at) * h), u)
+        return h * L(G.target(x, u, sympify(at, {"x": x[0]}) * h), u)
 
     answer = judge(kept(Scheme(scenes.get("pendulum"), beside_the_middle), 2))
     assert answer.verdict == verdict
