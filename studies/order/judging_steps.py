@@ -65,7 +65,9 @@ def judge_effective(case: Case, local: SingleSteps, verdict: Verdict) -> Verdict
         if effective.reached:
             verdict = replace(verdict, measured={"effective": effective.reached})
     said = " ".join(filter(None, (verdict.reason, effective.reason)))
-    return replace(verdict, verdict=effective.verdict or "pass", reason=said)
+    if not effective.verdict:  # the order alone is no pass of a rule that declares more
+        return replace(verdict.expecting(not_demanded=said), verdict="measured", reason=said)
+    return replace(verdict, verdict=effective.verdict, reason=said)
 
 
 def _of_exact(verdict: Verdict) -> Verdict:

@@ -62,7 +62,7 @@ def headline(studies: Sequence[StudyResult]) -> dict[str, str]:
             continue
         few = f"{count[verdict]} {verbs[count[verdict] > 1]}"
         parts.append(few if parts else _some(count[verdict], count["cases"], "case", *verbs))
-        parts[-1] += ", where nothing is claimed" if verdict == "measured" else ""
+        parts[-1] += ", where no claim is judged" if verdict == "measured" else ""
     open_cases = count["fail"] or count["inconclusive"]
     if not open_cases and any(study.verdict == "inconclusive" for study in studies):
         parts.append("not all that the files define could be judged")

@@ -130,13 +130,13 @@ def test_an_order_that_is_none_has_no_sign_and_one_text() -> None:
     (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
     (["inconclusive"] * 2, [], "All 2 cases are inconclusive."),
     (["fail"] * 2 + ["inconclusive"], [], "2 of 3 cases fail; 1 is inconclusive."),
-    (["measured"], [], "The only case is measured, where nothing is claimed."),
+    (["measured"], [], "The only case is measured, where no claim is judged."),
     (
         ["pass"] * 2 + ["measured"],
         [],
-        "2 of 3 cases pass; 1 is measured, where nothing is claimed.",
+        "2 of 3 cases pass; 1 is measured, where no claim is judged.",
     ),
-    (["measured", "fail"], [], "1 of 2 cases fails; 1 is measured, where nothing is claimed."),
+    (["measured", "fail"], [], "1 of 2 cases fails; 1 is measured, where no claim is judged."),
     ([], ["pass", "fail", "fail"], "1 of 3 controls was caught."),
     ([], ["fail", "fail"], "None of 2 controls were caught."),
 ])  # fmt: skip
