@@ -21,10 +21,12 @@ from .recorded import FEWEST
 from .records import BLEW_UP, Found, is_of_a_value
 from .window import (
     clear_orders,
+    clear_rows,
     departure,
     floor,
     hidden_share,
     not_converging,
+    off_its_neighbours,
     off_the_line,
     too_few,
 )
@@ -262,14 +264,6 @@ def _of_recorded(case: Case, record: Found, verdict: Verdict) -> Verdict:
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
-    slope = record.measured.order
-    if verdict.verdict == "pass" and slope and (row := off_the_line(record.rows, slope)):
-        said = (
-            f"the run of the step {row.step:.6g} is off by {row.error:.2g}, which is not on the "
-            f"line of the others, order {slope:.2f}, and neither its step nor round-off explains "
-            "it: record all runs by one method."
-        )
-        return Verdict("inconclusive", said, verdict.expected)
     if verdict.verdict == "pass" and local.unknown:
         said = f"the errors at all rows have their order, but {local.unknown.rstrip('.')}."
         return Verdict("inconclusive", said, verdict.expected)
@@ -281,7 +275,18 @@ def _of_recorded(case: Case, record: Found, verdict: Verdict) -> Verdict:
         said += f"motion enlarges a change of its start {enlarged:.2g} times until the last row, "
         said += "so no error is small there: record shorter runs."
         return Verdict("inconclusive", said, verdict.expected)
-    return _by_steps(case, record, verdict) if steps or verdict.why == MORE_STEPS else verdict
+    if steps or verdict.why == MORE_STEPS:
+        verdict = _by_steps(case, record, verdict)
+    slope = record.measured.order or case.order or 0.0
+    row = off_the_line(record.rows, slope) or off_its_neighbours(clear_rows(case, record), slope)
+    if verdict.verdict == "pass" and row is not None:
+        said = (
+            f"the run of the step {row.step:.6g} is off by {row.error:.2g}, which is not on the "
+            f"line of the others, order {slope:.2f}, and neither its step nor round-off explains "
+            "it: record all runs by one method."
+        )
+        return Verdict("inconclusive", said, verdict.expected)
+    return verdict
 
 
 def _by_steps(case: Case, record: Found, verdict: Verdict) -> Verdict:

@@ -162,11 +162,16 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> tuple[str, str
     return None
 
 
+def clear_rows(case: Case, record: Found) -> list[Row]:
+    """Return the runs with errors above round-off."""
+    bent = BENT * floor(case, record.certain)
+    return [row for row in record.rows if row.error is not None and row.error > bent]
+
+
 def clear_orders(case: Case, record: Found) -> list[float]:
     """Return the local orders of runs with errors above round-off, those of the finest steps
     last."""
-    bent = BENT * floor(case, record.certain)
-    return _local_orders([r for r in record.rows if r.error is not None and r.error > bent])
+    return _local_orders(clear_rows(case, record))
 
 
 def is_bent(case: Case, row: Row) -> bool:
@@ -225,6 +230,26 @@ def off_the_line(rows: Sequence[Row], order: float) -> Row | None:
         grown = longer**4 if longer > 1 else shorter ** (2 + order)
         if abs(row.error / wanted - 1) > 2 * (2 ** STRAIGHT[True] - 1) * grown:
             return row
+    return None
+
+
+def off_its_neighbours(rows: Sequence[Row], order: float) -> Row | None:
+    """Return a run whose error is beside the order of the four runs next to it, or None.
+
+    Where another power of the step moves one run off the line between those beside it, it moves
+    the local orders of the others, too: by 3 times as much at least if it is the next one, at steps
+    that are halved, and 5/3 times if it is the one after that. So a run that is off by twice what
+    the others miss the order by is another method's, or follows another motion.
+    """
+    known = [row for row in rows if row.error]
+    steps, errors = np.log2([(row.step, row.error or math.nan) for row in known]).T.reshape(2, -1)
+    for k in range(1, len(known) - 1):
+        others = sorted(sorted(set(range(len(known))) - {k}, key=lambda j: abs(j - k))[:4])
+        missed = np.abs(np.diff(errors[others]) / np.diff(steps[others]) - order).max()
+        share = (steps[k] - steps[k - 1]) / (steps[k + 1] - steps[k - 1])
+        off = abs(errors[k] - (1 - share) * errors[k - 1] - share * errors[k + 1])
+        if len(others) == LEAST_POINTS and off > max(2 * STRAIGHT[True], 2 * missed):
+            return known[k]
     return None
 
 

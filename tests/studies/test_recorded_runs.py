@@ -11,7 +11,7 @@ from discmech.studies import check
 from discmech.studies.command import main
 from discmech.studies.evidence.rows import DIFFERENCES, _moved_by, of_rows
 from discmech.studies.order.records import Row
-from discmech.studies.order.window import off_the_line
+from discmech.studies.order.window import off_its_neighbours, off_the_line
 
 
 def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz",
@@ -81,12 +81,16 @@ def test_a_run_of_another_method_is_named(tmp_path, k):
     ([0.06, 4.4e-3, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # h⁴ of other powers
     ([1.2, 1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], None),  # a step that is too long
     ([4e-8, 1e-8, 2.5e-9, 6.25e-10, 1.8e-10, 2e-10], None),  # round-off
+    ([4.05e-3, 1e-3, 2.6e-4, 6.25e-5, 1.5625e-5], 2),  # one in the middle, by 4 %
+    ([4.1e-3, 1.1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 1),
+    ([5e-3, 1.1e-3, 2.6e-4, 6.3e-5, 1.57e-5], None),  # two powers
 ])  # fmt: skip
 def test_what_is_on_no_line_is_another_power_or_round_off_or_another_run(errors, named):
     on_line = [k for k, e in enumerate(errors) if e in (1e-3, 2.5e-4, 6.25e-5, 1e-8, 2.5e-9)
                or e in (4e-3, 1.5625e-5, 4e-8, 6.25e-10)]  # fmt: skip
     rows = [Row(10 * 2**k, 2.0**-k, e, used=k in on_line) for k, e in enumerate(errors)]
-    assert off_the_line(rows, 2) is (None if named is None else rows[named])
+    other = off_the_line(rows, 2) or off_its_neighbours(rows, 2)
+    assert other is (None if named is None else rows[named])
 
 
 @pytest.mark.slow
