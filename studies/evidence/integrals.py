@@ -28,7 +28,7 @@ def check_first_integrals(scheme: Any) -> None:
 
     Those of the attitude, or of the step, are not asked, nor those of a scene without equations.
     """
-    for quantity in getattr(scheme.scene, "symmetries", ()):
+    for quantity in getattr(getattr(scheme, "scene", None), "symmetries", ()):  # a lattice has none
         first = getattr(quantity, "kind", "") == "first integral"
         asked = first and not (quantity.attitude or quantity.of_step)
         if asked and (said := _broken(scheme, quantity)):
