@@ -17,11 +17,6 @@ two_bodies = Scene(
     - x[0] ** 2 / 2 - x[1] ** 2 - (x[0] - x[1]) ** 4 / 4,
     x0=["0.5", "-0.2"], v0=["0.1", "0.3"], duration=20, step="1/10",
 )  # fmt: skip
-#: a spring in polar coordinates, whose mass is not constant
-polar = Scene(
-    name="polar", groupoid=pair(2), x0=[1, 0], v0=["0.1", "0.8"], duration=10, step="1/20",
-    lagrangian=lambda x, v, p: (v[0] ** 2 + x[0] ** 2 * v[1] ** 2 - x[0] ** 2) / 2,
-)  # fmt: skip
 
 
 def gradients(L, G, x, u, h, factor, inverse):
