@@ -35,6 +35,7 @@ WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
 SINGLE = 2.0**-24
 MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
+BY_CHANCE = 2**7  # so many doubles lie between two numbers of so few decimals, of any that tells
 #: number of steps between h and h/2 for the search for a jump, and of octaves from a place's length
 GRID, OCTAVES = 192, 6
 FEW = 5e-3  # a number of three digits is nearer to another than this; 1.01 is meant
@@ -401,7 +402,9 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
     if np.isfinite(image).all():  # whole numbers are of single precision, too
         for decimals in range(MOST_DECIMALS):
             image_is, z_is = ((e == np.round(e, decimals)).all() for e in (image, z))
-            if image_is and not z_is:
+            # large doubles have so few decimals by themselves
+            told = np.spacing(np.abs(image)) * BY_CHANCE < 10.0**-decimals
+            if image_is and not z_is and told.any():
                 return "rounded", f"all that it gives are {Grid(10, decimals).words}."
         if (image == image.astype(np.float32)).all() and (z != z.astype(np.float32)).any():
             return "single precision", "all that it gives are numbers of single precision."
