@@ -179,7 +179,9 @@ def _quaternion(a: Vector) -> Vector:
         column = products[:, int(np.argmax(np.diag(products)))]
         q = column / sum(column * column) ** 0.5
     else:
-        q = np.moveaxis(np.linalg.eigh(np.moveaxis(products, (0, 1), (-2, -1)))[1][..., -1], -1, 0)
+        finite = np.isfinite(products).all(axis=(0, 1))  # eigh raises at what is no number
+        at = np.moveaxis(np.where(finite, products, 0.0), (0, 1), (-2, -1))
+        q = np.moveaxis(np.linalg.eigh(at)[1][..., -1], -1, 0)
         q = (products * q).sum(axis=1)  # to the last digits
         q = q / np.sqrt((q * q).sum(axis=0))
     return np.where(q[0] < 0, -q, q)

@@ -44,6 +44,11 @@ def test_beside_the_group_the_nearest_rotation_is_smooth(name):
     assert abs(A @ A.transpose(0, 2, 1) - np.eye(3)).max() < ROUNDINGS
 
 
+def test_what_is_no_number_stays_none():
+    for name in ("Rp", "quaternion p"):
+        assert np.isnan(STATES[name].written(np.full(9, np.nan))).all()
+
+
 def test_more_digits_stay():
     with mpmath.workdps(50):
         a, b = mpmath.mpf(3) / 5, mpmath.mpf(4) / 5
