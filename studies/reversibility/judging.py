@@ -11,7 +11,7 @@ from ..core.records import decoded
 from ..evidence.cloud import STEPS_ASKED
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import WAY_BACK
-from ..symplecticity.in_numbers import may_hide, wanted_share
+from ..symplecticity.in_numbers import at_step, may_hide, wanted_share
 from .records import Found, FoundOfNumbers
 
 _NO_WAY_BACK = "Φ₋ₕ is not the inverse of Φₕ."
@@ -53,7 +53,7 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
         row = max(record.rows, key=lambda row: row.certain or 0.0)
         back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
         said = f"{back} the start by {measured.certain:.2g} of the motion beyond all round-off, "
-        said += f"most in {row.entry}, at step {row.step:.3g}, t = {row.time:.3g}: "
+        said += f"most in {row.entry}, {at_step(case, row)}: "
         said += _NO_WAY_BACK if case.rule.follows_motion else _NO_TURN
         return Verdict("fail", said, expected)
     resolution, expected["left"] = measured.resolution or 0.0, left

@@ -274,3 +274,10 @@ def may_hide(case: Case, left: float = 1.0) -> float:
 def wanted_share(case: Case, left: float) -> float:
     """Return `may_hide` as a share of the defect left by other methods, for tables."""
     return may_hide(case, left) / left if left else may_hide(case)
+
+
+def at_step(case: Case, row: Any) -> str:
+    """Return the step and the time of a row in words, beside the scene's step if it is longer."""
+    times = row.step / float(case.scene.step)
+    of_scene = f" ({times:.2g} times the scene's)" if times > 2 else ""
+    return f"at step {row.step:.3g}{of_scene}, t = {row.time:.3g}"

@@ -20,7 +20,7 @@ from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
 from ..core.outcome import named
 from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
-from .in_numbers import ENOUGH, decisive, may_hide, wanted_share
+from .in_numbers import ENOUGH, at_step, decisive, may_hide, wanted_share
 from .judging_form import is_defect
 from .limits import LIMITS
 from .own_derivatives import STEPS, TOLD
@@ -86,7 +86,7 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
     if is_defect(certain, case.rule.unit(16)):
         row = max(rows, key=lambda r: r.certain or 0.0)
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
-        said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
+        said += f"differences, in {row.entry} {at_step(case, row)}"
         return Verdict("fail", said + rough * (noise * ITERATIONS >= certain) + ".", expected)
     if wrong := _jumps(case, record):
         return replace(wrong, expected=expected)
