@@ -95,7 +95,7 @@ def test_equivariance(tau, algebra, stratum):
     assert close(fields(tau, algebra, moved)[1] * by, by * fields(tau, algebra, xi)[1])
 
 
-@pytest.mark.dear("pair of so(3)", "1/2-exponential", "se(3)")
+@pytest.mark.dear("pair of so(3)", "1/2-exponential", "se(3)", "su(2)")
 @pytest.mark.parametrize(("tau", "algebra"), [
     pytest.param(*c.values, id=c.id, marks=pytest.mark.slow if "sl(3)" in c.id else c.marks)
     for c in CHARTS

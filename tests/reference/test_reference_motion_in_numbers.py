@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from discmech import Conserved, Scene, black_box, pair
-from discmech.reference import ReferenceFailure, surroundings
+from discmech.reference import ReferenceFailure, many_motions, surroundings
 from tests.studies.programs import methods
 from tests.studies.programs.test_programs import judged
 
@@ -46,6 +46,9 @@ def test_outside_the_domain_there_is_no_motion_and_no_fail():
         surroundings(scene).length([3], [0], 0)
     with pytest.raises(ReferenceFailure, match="no motion from such a state"):
         surroundings(scene).after([1.9], [1], 0, [Fraction(1)], 31)
+    states = np.array([[3.0], [1.0]]), np.zeros((2, 1)), np.zeros(2)
+    stays = many_motions(scene).after(*states, np.zeros(2), np.ones(2))
+    assert stays.error[:, 0].tolist() == [np.inf, 0] and stays.x[1] == 1
     assert judged("order", scene, methods.verlet)["verdict"] == "pass"
 
 

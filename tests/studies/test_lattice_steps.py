@@ -45,6 +45,7 @@ WRONG = {
 }
 
 
+@pytest.mark.dear("one")
 @pytest.mark.parametrize("where", WRONG)
 def test_a_rule_that_is_wrong_in_some_of_its_calls_is_of_order_1(where):
     found = evidence_of(Scheme(CHAIN, beside(WRONG[where]))).order

@@ -74,7 +74,7 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(MINE.format(k=1))
     (tmp_path / "stiff.py").write_text(MINE.format(k="np.linspace(1, 2, 11)"))
-    words = ["mine.py:chain", "--rule", "midpoint", "--steps", "400"]
+    words = ["mine.py:chain", "--rule", "midpoint", "--steps", "100"]
     assert main(["lattices", *words]) == 0
     assert "springs" in capsys.readouterr().out
     asked = [Case("lattices", lookup.scene_given(f"{name}.py:springs"), rules.get("midpoint"), 16)

@@ -29,7 +29,7 @@ FILES = [
     (("verify", "midpoint", *FEW), "json"), (("verify", "midpoint", *FEW), "html"),
     (("verify", "midpoint", *FEW), "badge"), (("compare", "midpoint", "trapezoidal", *FEW), "html"),
     (("compare", "midpoint", "trapezoidal", *FEW), "json"),
-    (("prove", "midpoint", "--order", "1", "--groupoid", "pair"), "json"),
+    (("prove", "midpoint", "--order", "1", "--groupoid", "time"), "json"),
 ]  # fmt: skip
 UNSEEN = [  # refused before they begin
     *FILES, (("gallery",), "page"), (("gallery",), "json"), (("control", "reorientation"), "json"),

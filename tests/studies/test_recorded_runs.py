@@ -299,7 +299,7 @@ def of_another_clock(held, finer):
         held[name][:, 0] = np.interp(late, t, held[name][:, 0])
 
 
-@pytest.mark.dear("smoothed", "clock")
+@pytest.mark.dear("scaled", "clock")
 @pytest.mark.parametrize("change", [scaled, a_row_late, smoothed, every_second_of_the_finer, noisy,
                                     of_another_clock])  # fmt: skip
 def test_rows_that_are_no_steps_of_one_method_never_pass(change, tmp_path):

@@ -73,7 +73,7 @@ def all_misplaced(study, cases):
     return {s.name: wrong for s in sketches(study, cases) if s.panels and (wrong := misplaced(s))}
 
 
-@pytest.mark.dear("order")
+@pytest.mark.dear("order", "momentum")
 @pytest.mark.parametrize("made", results(), ids=lambda made: made["study"])
 def test_words_of_made_up_results_are_inside(made):
     by_scene = {}

@@ -16,7 +16,8 @@ ROWS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("scene", "rule"), ROWS, ids=" ".join)
+@pytest.mark.dear("heavy-top", "wong")
+@pytest.mark.parametrize(("scene", "rule"), ROWS)
 def test_a_row_is_off_by_less_than_its_bound_and_not_by_much_less(scene, rule):
     scheme = Scheme(scenes.get(scene), rules.get(rule))
     flow, random = scheme.flow("0.01"), np.random.default_rng(5)

@@ -71,7 +71,7 @@ def energy_of_top(x, mu, h):
 MAPS = [(mcmillan_suris, duffing, integral), (bobenko_suris, top, energy_of_top)]
 
 
-@pytest.mark.dear(but=("16]",))
+@pytest.mark.dear("50]", "top")
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)

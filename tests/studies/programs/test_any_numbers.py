@@ -20,6 +20,7 @@ def verlet_off_in_doubles(off):
     return step
 
 
+@pytest.mark.dear("0.0001")
 @pytest.mark.parametrize("off", [1e-4, 1e-7])
 def test_another_potential_in_doubles_alone_is_seen(off):
     """Fifty digits show the right one, and call what doubles do their round-off."""

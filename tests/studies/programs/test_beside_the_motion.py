@@ -51,6 +51,7 @@ def test_an_energy_that_is_lost_beside_the_motion_by_a_power_of_the_order():
     assert verdict["verdict"] == "pass" and "1024 drawn states, up to 0.5" in verdict["reason"]
 
 
+@pytest.mark.dear("[0]")
 @pytest.mark.parametrize("side", [0, 0.03])
 def test_a_corner_of_a_box_of_states(side):
     def turn(q, p):

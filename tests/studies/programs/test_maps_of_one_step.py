@@ -49,6 +49,7 @@ def test_a_map_without_a_scene_is_judged_in_its_box_of_states(name, code, tmp_pa
     capsys.readouterr()
 
 
+@pytest.mark.dear("words1")
 @pytest.mark.parametrize("words", [("symplecticity", ""), ("symplecticity", "--rule"), ("verify",)])
 def test_the_maps_of_a_file_are_each_judged_in_their_own_box(words, tmp_path, capsys):
     file = tmp_path / "ring.py"

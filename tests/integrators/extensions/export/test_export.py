@@ -291,6 +291,7 @@ def test_in_jax_parameters_have_derivatives_and_a_failed_step_is_nan():
     assert np.isfinite(file.energy(file.begin()))
 
 
+@pytest.mark.dear("gauss-3")
 @pytest.mark.parametrize(("scene", "rule"), [
     ("double-pendulum", "gauss-2"), ("pendulum", "suzuki:rectangle"), ("rolling-disc", "midpoint"),
     ("pendulum", "gauss-3"), (None, "midpoint"),
