@@ -22,8 +22,8 @@ def close(value):
 
 def case(digits=16, order=2, control=None, scene=None, **others):
     """What judges ask of a case."""
-    plain = {"step": "0.2", "force": None, "timed": False, "lagrangian": None, "all_constraints": (),
-             "no_form": "", "no_energy": "", "name": "by-hand"}  # fmt: skip
+    plain = {"step": "0.2", "force": None, "timed": False, "lagrangian": None,
+             "all_constraints": (), "no_form": "", "no_energy": "", "name": "by-hand"}  # fmt: skip
     own = others.pop("rule", replace(rule("midpoint"), order=order))
     scheme = SimpleNamespace(**{"order": order, "rule": own, "substeps": [1], **others})
     return SimpleNamespace(
