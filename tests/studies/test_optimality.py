@@ -54,7 +54,8 @@ def test_a_problem_of_the_bench_is_known_by_its_text(monkeypatch):
     assert get("optimality").depends_on(Case("optimality", scene, midpoint, 16)) == ""
 
 
-def test_what_has_no_problem_is_refused(capsys):
+def test_what_has_no_problem_is_refused(capsys, monkeypatch):
+    monkeypatch.setattr("discmech.studies.core.userfile._loaded", {})  # files of other tests
     assert main(["optimality", "pendulum"]) == 2
     assert "it needs a problem of optimal control" in capsys.readouterr().err
 
