@@ -32,6 +32,7 @@ from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
 from ..core.study import Study, every_study
 from ..core.words import address_of
+from ..evidence.cloud import WIDE
 from ..proof import prove
 from ..proof.result import Answer
 
@@ -226,7 +227,10 @@ def verify(
         judges, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     result = joined("verify", results)
-    notes = [*result.notes, *not_judged, *_left_out(request, choice, asked, result.cases)]
+    beside = [f"Laws are asked along each motion and up to {WIDE:g} of its size beside it: a fault "
+              "farther away is not seen."]  # fmt: skip
+    notes = [*result.notes, *beside, *not_judged,
+             *_left_out(request, choice, asked, result.cases)]  # fmt: skip
     notes = list(dict.fromkeys(notes))
     proofs = None if request.studies else proofs_of(choice.rules, progress, store)
     return replace(result, notes=notes, schemes=schemes, proofs=proofs)

@@ -105,8 +105,9 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
     assert lines[1].startswith("✓ order: my-pendulum, two-thirds, 50 digits: 2.000")
     assert "verify: pass" in out and "All 4 cases pass." in lines[-1]
     assert (
-        "two-thirds: self-adjoint (a step back undoes a step) on my-pendulum, kepler." in lines[-2]
+        "two-thirds: self-adjoint (a step back undoes a step) on my-pendulum, kepler." in lines[-3]
     )
+    assert lines[-2].endswith("of its size beside it: a fault farther away is not seen.")
     found = json.loads((folder / "found.json").read_text())
     assert found["study"] == "verify" and found["verdict"] == "pass"
     assert [s["self_adjoint"] for s in found["schemes"]] == [True, True]
@@ -356,7 +357,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     assert (
         "cases are judged" in out
         and "are not: " in out
-        and " of symplecticity." in out
+        and " of order." in out
         and "verify: inconclusive" in out
     )
     assert "kepler" in out.split("verify: ")[1]
