@@ -121,6 +121,10 @@ def test_substeps_of_a_composition_keep_the_form():
     x, mu = flow.own_start
     assert len(flow.parts) == 6 and flow.poisson_defect(x, mu) < POISSON
     assert flow.poisson_defect(x, mu, bracket_sign=-1) > 1e-3
+    for part in flow.parts:
+        x, mu = DualStep(part, x, mu).after
+    end = flow.trajectory(1)
+    assert abs(x - end.x[-1]).max() < POISSON and abs(mu - end.mu[-1]).max() < POISSON
 
 
 PLACES = np.linspace(-20, 20, 161)

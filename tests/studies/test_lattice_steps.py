@@ -60,7 +60,7 @@ def test_a_rule_that_is_wrong_in_some_of_its_calls_is_of_order_1(where):
              for e in systems.NAMES],
 )  # fmt: skip
 @pytest.mark.sampled
-@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2", "suzuki:trapezoidal"])
+@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2", "triple-jump:rectangle"])
 def test_every_lattice_has_the_order_of_the_rule_at_every_site(name, rule):
     lattice = systems.get(name)
     if lattice.constraint is not None and rule == "gauss-2":
