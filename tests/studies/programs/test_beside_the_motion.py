@@ -64,6 +64,18 @@ def test_a_corner_of_a_box_of_states(side):
     assert verdict["verdict"] == ("fail" if side else "pass")
 
 
+def test_a_form_that_is_lost_in_a_corner_with_no_volume():
+    def turn(q, p):
+        p = p - q**2
+        kept = 1 - 1e-6 * (np.minimum(q[0], p[0]) > 0.22)
+        q, p = np.cos(1) * q + np.sin(1) * p, np.cos(1) * p - np.sin(1) * q
+        return q, np.array([p[0] * kept, p[1] / kept])
+
+    box = in_a_box(turn, [-0.3] * 4, [0.3] * 4)
+    verdict = judged("symplecticity", box.own_scene, box, causes=False)
+    assert verdict["verdict"] == "fail" and "volume" not in verdict["reason"]
+
+
 @pytest.mark.parametrize("off", [0, 1e-6])
 def test_a_jacobian_that_is_wrong_in_a_sector(off):
     def jacobian(q, p, h, s):
