@@ -14,6 +14,7 @@ from .newton_step import (
     return_defect,
     round_off_from,
     step_along,
+    volume_defect,
 )
 from .scene_runs import SceneRuns, Substeps
 from .scheme import Scheme, mean_multipliers
@@ -23,5 +24,5 @@ __all__ = [
     "CAUSES", "Flow", "FreeMotion", "SceneRuns", "Scheme", "Start", "StepChoice", "Substeps",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "growth_errors",
     "mean_multipliers", "restricted_form_defect", "return_defect", "round_off_from",
-    "side_by_side", "step_along",
+    "side_by_side", "step_along", "volume_defect",
 ]  # fmt: skip

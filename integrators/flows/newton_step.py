@@ -184,6 +184,19 @@ def of_poisson(
     return _public_number(context, defect)
 
 
+def volume_defect(flow: Any, x: Numbers, mu: Numbers, u0: Numbers) -> Number:
+    """Return how far |det M| is from 1, M the derivative of the step of a flow from (x, μ).
+
+    It is evaluated to twice the digits; u0: Newton's start. Raises `StepFailure`.
+    """
+    exactly = flow.context.exactly
+    with exactly.numbers.working():
+        at = exactly.vectors(x, mu)
+        *_, derivative = step_from(exactly, at[0], at[1], _start(exactly, u0))
+        factor = abs(exactly.numbers.det(tracked(derivative).value))
+    return _public_number(flow.context, abs(factor - 1))
+
+
 def of_step(context: StepContext, before: State, after: State, guess: Numbers | None) -> Number:
     """Return the largest gap between (x′, μ′) and the step from (x, μ), in units of round-off."""
     exactly = context.exactly

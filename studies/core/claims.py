@@ -34,6 +34,11 @@ def not_claimed(rule: Discretisation, what: str) -> str:
     return f"{rule.name} does not claim {said}: measured only"
 
 
+def keeps_volume(rule: Discretisation) -> bool:
+    """Return True if each step is said to keep the volume of phase space, by that word."""
+    return rule.claims is not None and "volume" in rule.claims.keeps
+
+
 def keeps_energy(rule: Discretisation) -> bool:
     """Return True if each step is said to keep the energy.
 

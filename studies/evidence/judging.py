@@ -12,13 +12,14 @@ from ..core.records import decoded
 from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
 from .cloud import STEPS_ASKED, WIDE
-from .laws import AGAIN, ARROW, ENERGY, FORM, WAY_BACK
+from .laws import AGAIN, ARROW, ENERGY, FORM, VOLUME, WAY_BACK
 
 #: the key of the record in a measurement
 LOCAL = "local"
 #: of a law: what the run does, and what a step does, with the size after it, and what follows
 WORDS = {
     FORM.name: ("keeps the form", "has a {name} defect of", ""),
+    VOLUME.name: ("keeps volume", "changes it by", ""),
     WAY_BACK.name: (
         "goes back to its start", "and back misses it by", ": Φ₋ₕ is not the inverse of Φₕ"
     ),

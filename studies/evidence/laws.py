@@ -24,6 +24,7 @@ from discmech.integrators.flows import (
     form_change_defects,
     restricted_form_defect,
     return_defect,
+    volume_defect,
 )
 from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
@@ -122,6 +123,24 @@ class Form(Law):
         else:
             size = flow.poisson_defect(x, place.mu, u0=place.u)
         return Departure(float(size), LIMIT, "change" if forced else "poisson")
+
+
+class PhaseVolume(Law):
+    """The volume of phase space, for a map that claims it without the form."""
+
+    name = "volume"
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return the reason why volume is not asked for."""
+        if scheme.scene.all_constraints or scheme.scene.force is not None:
+            return "constraints leave a part of the states, and forces change a volume of them."
+        return super().refusal(scheme)
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return how far the determinant of the step's derivative is from 1."""
+        flow: Flow = scheme.flow(step, DIGITS)
+        x: Any = scheme.s.with_time(place.x, place.t)
+        return Departure(float(volume_defect(flow, x, place.mu, place.u)), LIMIT)
 
 
 class WayBack(Law):
@@ -258,7 +277,8 @@ class KeepsEnergy(Law):
                          float(step))  # fmt: skip
 
 
-FORM, WAY_BACK, AGAIN, ARROW = Form(), WayBack(), MadeAgain(), ArrowVelocity()
+FORM, VOLUME, WAY_BACK = Form(), PhaseVolume(), WayBack()
+AGAIN, ARROW = MadeAgain(), ArrowVelocity()
 #: by whether the digits are those of doubles
 ENERGY = {True: KeepsEnergy(16), False: KeepsEnergy(DIGITS)}
 

@@ -6,10 +6,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
-from ..core.claims import not_claimed
+from ..core.claims import keeps_volume, not_claimed
 from ..core.outcome import of_control
 from ..evidence.judging import demand_consistency
-from ..evidence.laws import FORM
+from ..evidence.laws import FORM, VOLUME
 from ..systems import system_of
 from . import judging_numbers
 from .limits import CHANGES, FORMS, LIMITS, limit, limits
@@ -24,7 +24,10 @@ def demanded(case: Case) -> tuple[str, ...]:
     But under a force Ω has to change by the differential of its one-form; and always steps have to
     be those of the equations and meet the constraints.
     """
-    return tuple(k for k in _kinds(case) if k not in FORMS or not _free_of_forms(case))
+    kinds = _kinds(case)
+    if not_claimed(case.rule, "symplectic"):
+        return ("volume",) if keeps_volume(case.rule) and "volume" in kinds else ()
+    return tuple(k for k in kinds if k not in FORMS or not _free_of_forms(case))
 
 
 def _free_of_forms(case: Case) -> str:
@@ -47,7 +50,8 @@ def _broken(case: Case, record: Found) -> dict[str, float]:
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the form and the steps: keeping the form of another motion fails too."""
-    laws = () if not_claimed(case.rule, "symplectic") else (FORM.name,)
+    laws = [] if not_claimed(case.rule, "symplectic") else [FORM.name]
+    laws += [VOLUME.name] if keeps_volume(case.rule) else []
     kept = "the form is kept"
     return demand_consistency(measurement, _judge(case, measurement), *laws, kept=kept)
 
@@ -66,8 +70,11 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
     if reason := not_claimed(case.rule, "symplectic"):
-        return Verdict("pass", "", {**expected, "not_demanded": reason})
-    if reason := _free_of_forms(case):
+        expected["not_demanded"] = reason
+        if not (asked := demanded(case)):
+            return Verdict("pass", "", expected)
+        expected["demanded"] = list(asked)
+    elif reason := _free_of_forms(case):
         expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
     broken = _broken(case, record)
     if not broken:
@@ -99,6 +106,8 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         return of_jump or of_law(case, measurement, "symplecticity")
     broken = _broken(case, record)
     if any(k in broken for k in CHANGES):
+        if case.scene.force is None:  # the map itself changes the volume that it claims to keep
+            return None
         return named(
             "discrete force", "F± are not those of one discrete Lagrangian with the force that "
             "acts where the rule asks for L.", {},

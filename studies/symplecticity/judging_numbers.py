@@ -17,7 +17,7 @@ import numpy as np
 from discmech.integrators.numbers import jacobian, sympy
 
 from ..core.case import Case, Verdict
-from ..core.claims import not_claimed
+from ..core.claims import keeps_volume, not_claimed
 from ..core.outcome import named
 from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
 from .in_numbers import ENOUGH, at_step, decisive, may_hide, wanted_share
@@ -42,7 +42,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
     """
     verdict = _judged(case, record)
     changes = [row.volume.measured for row in record.rows if row.volume]
-    if not changes or not _claims_volume(case):
+    if not changes or not keeps_volume(case.rule):
         return verdict
     return replace(verdict, measured={"volume": max(changes), **verdict.measured})
 
@@ -71,14 +71,14 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
     if wrong := _wrong(case, rows):
         return replace(wrong, expected=expected)
     unkept = _volume(case, rows)
-    demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
+    demanded = [*(["volume"] if keeps_volume(case.rule) else []), *_given_by(case)]
     if unkept and (reason or certain == 0):
         alone = {"demanded": demanded} if reason else {}
         return replace(unkept, expected=expected | alone)
     if reason:
         if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
-        kept = ["volume is kept in single steps"] * _claims_volume(case)
+        kept = ["volume is kept in single steps"] * keeps_volume(case.rule)
         said = "; ".join([*kept, *_looked_at(case, record)])
         said = f"{said[:1].upper()}{said[1:]}." if said else ""
         return Verdict("pass", said, {**expected, "not_demanded": reason, "demanded": demanded})
@@ -250,7 +250,7 @@ def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
 
 def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     """Return a fail if volume is claimed and not kept."""
-    if not _claims_volume(case):
+    if not keeps_volume(case.rule):
         return None
     of = [(row.volume.certain, k, row.volume) for k, row in enumerate(rows) if row.volume]
     certain, k, volume = max(of, key=lambda triple: triple[0], default=(0.0, 0, None))
@@ -265,7 +265,7 @@ def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
 
 def _volume_unknown(case: Case, rows: Sequence[OfNumbers]) -> str:
     """Return why a claim of volume without a form is undecided, a sentence; "" if decided."""
-    if not _claims_volume(case):
+    if not keeps_volume(case.rule):
         return ""
     told = [r for r in rows if r.volume and r.left is not None
             and r.volume.resolution <= may_hide(case, r.left)]  # fmt: skip
@@ -275,7 +275,3 @@ def _volume_unknown(case: Case, rows: Sequence[OfNumbers]) -> str:
         f"no change of volume is seen, but {len(told)} of {len(rows)} places alone resolve what a "
         f"method of this order that does not keep it would leave; {ENOUGH} are needed."
     )
-
-
-def _claims_volume(case: Case) -> bool:
-    return case.rule.claims is not None and "volume" in case.rule.claims.keeps

@@ -17,12 +17,13 @@ from typing import Any
 from discmech.integrators import StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.flows import form_change_defects, restricted_form_defect
+from discmech.integrators.flows import form_change_defects, restricted_form_defect, volume_defect
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
+from ..core.claims import keeps_volume
 from ..core.family import KEPT
-from ..evidence.laws import FORM
+from ..evidence.laws import FORM, VOLUME, Law
 from ..evidence.measuring import single_steps
 from ..systems import system_of
 from ..systems.runs import follow, largest_stable_step
@@ -72,6 +73,8 @@ def _kinds(case: Case) -> tuple[str, ...]:
     scene, kinds = case.scene, [*FORMS]
     if scene.force is not None and not scene.no_form:
         kinds += CHANGES[:1] if scene.all_constraints else CHANGES
+    if keeps_volume(case.rule) and not VOLUME.refusal(case.scheme):
+        kinds += CHANGES[1:]
     return (*kinds, "residual", *(["constraint"] if scene.all_constraints else []))
 
 
@@ -80,7 +83,8 @@ def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
     record = _measure(case, progress)
     progress(f"{case.scene.name} {case.label}: steps from drawn places", 1.0)
     # a lattice's form is measured in states of its run
-    laws = [FORM] if system_of(case).form_kinds is None else []
+    laws: list[Law] = [FORM] if system_of(case).form_kinds is None else []
+    laws += [VOLUME] if "volume" in _kinds(case) and case.scene.force is None else []
     return replace(record, local=single_steps(case, *laws))
 
 
@@ -106,7 +110,7 @@ def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:
     else:
         rows, largest = _rows(case, largest)
     measured = _worst_of(rows, _kinds(case))
-    if "volume" in measured:
+    if "contraction" in rows[0].defects:
         own = [row.defects["contraction"] for row in rows if row.step == float(case.scene.step)]
         measured["contraction"] = sum(e for e in own if e is not None) / len(own)
     # a step this long could not be followed; the last rows are those of a part
@@ -173,9 +177,9 @@ def _rows_at(case: Case, step: Fraction) -> list[Row]:
 
 
 def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float | None]:
-    """Return the change of Ω and of phase-space volume by a force; nothing without one."""
-    if "change" not in _kinds(case):
-        return {}
+    """Return the change of Ω and of phase-space volume by a force; without one what is claimed."""
+    if "change" not in (kinds := _kinds(case)):
+        return {"volume": float(volume_defect(flow, x, mu, u))} if "volume" in kinds else {}
     if case.scene.all_constraints:
         if flow.scheme.substeps:
             return {"change": None}

@@ -264,6 +264,21 @@ def test_a_form_that_is_lost_in_a_narrow_part(part):
     assert evidence_of(scheme).order.order == pytest.approx(2, abs=0.01)
 
 
+@pytest.mark.parametrize("grown", [0, 1])
+def test_a_formula_is_held_to_the_volume_that_it_claims(grown):
+    @one_step(order=2, keeps="volume", groupoids="pair")
+    def claimed(s, z, h):
+        x, mu = s.split(z)
+        half = x + h / 2 * s.split(s.f(z))[0]
+        mu = mu + h * s.split(s.f(s.join(half, mu)))[1]
+        x = half + h / 2 * s.split(s.f(s.join(half, mu)))[0]
+        return s.join(x, mu * (1 + grown * h**3 / 100))
+
+    (case,) = check("symplecticity", ["pendulum"], [claimed], [16], steps=8)["cases"]
+    assert case["verdict"] == ("fail" if grown else "pass")
+    assert ("volume" in case["reason"]) == bool(grown)
+
+
 def test_an_entry_that_is_round_off_all_along_has_the_scale_of_the_others():
     """A radial motion in oblique coordinates: an entry of 1e-17 was its own scale."""
     turned = sympy.Matrix([["0.3", "0.1"], ["0.1", "0.7"]])
