@@ -276,7 +276,8 @@ def _proof(rule: Discretisation, progress: Progress, store: Store | None) -> dic
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:
-    """Return a sentence for each name of keeps= that no chosen scene has, or any for "momentum".
+    """Return a sentence for each claim that nothing judges: names of keeps= that no chosen scene
+    has, any for "momentum", and to be reversible where no study takes steps back.
 
     Raises `BadInput` for a name that is almost a known one.
     """
@@ -300,7 +301,13 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
                 f"{rule.name} claims to keep {name}, which no scene here has: it is not judged; "
                 "name a scene that has it by --scene."
             )
-    return said
+    backwards = [rule for rule in choice.rules if rule.claims and rule.claims.reversible]
+    judged = {case.rule.name for case in every_study()["reversibility"].cases(choice)} if (
+        backwards) else set()  # fmt: skip
+    return said + [
+        f"{rule.name} claims to be reversible, which no study judges on the chosen scenes."
+        for rule in backwards if rule.name not in judged
+    ]  # fmt: skip
 
 
 def _left_out(
