@@ -71,7 +71,12 @@ class Recorded(BlackBox):
 
     def begins_at(self, scene: Scene) -> bool:
         """Return True if the runs fit the scene and begin at its start."""
-        return not self.refusal(scene) and RecordedScheme(scene, self).begins_there
+        if self.refusal(scene):
+            return False
+        try:
+            return RecordedScheme(scene, self).begins_there
+        except BadInput:  # they begin where the scene cannot, off a constraint
+            return False
 
     def discretise(self, scene: Scene) -> RecordedScheme:
         """Return the runs on a scene, the result of `Scheme(scene, runs)`."""
