@@ -333,9 +333,12 @@ class Claims:
     keeps: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, who: str, symplectic: bool | None, reversible: bool | None,
+    def of(cls, who: str, order: int | None, symplectic: bool | None, reversible: bool | None,
            keeps: str | Sequence[str]) -> Claims:  # fmt: skip
-        """Return the claims given to a decorator; raises `BadInput` for those of another kind."""
+        """Return the claims given to a decorator; raises `BadInput` for those of another kind.
+
+        A method that is its own adjoint has an even order (Hairer, Lubich, Wanner II.3).
+        """
         for word, claim in (("symplectic", symplectic), ("reversible", reversible)):
             fit = claim is None or (isinstance(claim, int | np.bool_) and claim in (True, False))
             if not fit:  # an array has no truth value that could be compared
@@ -345,5 +348,10 @@ class Claims:
             raise BadInput(
                 f"{who}(keeps={shown(keeps)}): give names such as "
                 'keeps=("energy", "angular momentum").'
+            )
+        if reversible and isinstance(order, int) and order % 2:
+            raise BadInput(
+                f"{who}(order={order}, reversible=True): a method whose step back undoes a step "
+                f"has an even order; say order={order + 1} if it has, or leave reversible out."
             )
         return cls(symplectic, reversible, tuple(names))

@@ -103,7 +103,7 @@ def one_step(
     check_effective("one-step map", order, effective)
     if one_form not in ("", "any", "half"):
         raise BadInput(f'one_step(one_form={shown(one_form)}): say "any" or "half", or leave it.')
-    claims = Claims.of("one_step", symplectic, reversible, keeps)
+    claims = Claims.of("one_step", order, symplectic, reversible, keeps)
     said = None if claims == Claims() else claims
     free = open_numbers(parameters)
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"

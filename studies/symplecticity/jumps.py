@@ -37,6 +37,7 @@ FINE, ZOOMS = 33, 10
 BESIDE, TRIES = 1e-3, 3
 #: one turn of an angle in radians, in turns and in degrees: what differs by whole ones is the same
 TURNS = 2 * np.pi, 1.0, 360.0
+OF_TURN = 1e-6  # part of a turn that is none: a jump is known to 3·10⁻⁸ of its line
 
 Line = Callable[[Vector], Matrix]
 
@@ -120,7 +121,7 @@ def _turns(jump: Vector) -> bool:
     """True if a jump is by whole turns, and by nothing else."""
     for turn in TURNS:
         whole = np.round(jump / turn)
-        if whole.any() and np.abs(jump / turn - whole).max() < BESIDE:
+        if whole.any() and np.abs(jump / turn - whole).max() < OF_TURN:
             return True
     return False
 

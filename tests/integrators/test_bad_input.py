@@ -427,6 +427,9 @@ CASES = {
     "effective order below the order": (
         lambda: discretisation(order=4, effective=2), "the effective order 2 .* below its order 4",
     ),
+    "reversible of odd order": (
+        lambda: one_step(order=1, reversible=True), "undoes a step has an even order; say order=2",
+    ),
     "effective order of no order": (lambda: discretisation(effective=4), "give order=2, or what"),
     "effective order 2.5": (
         lambda: one_step(order=2, effective=2.5), "effective order .* whole number from 1, not 2",

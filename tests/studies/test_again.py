@@ -29,7 +29,7 @@ SMALLER = True
 MINE = """
 from discmech import black_box, discretisation
 
-@black_box(order=1, reversible=True)
+@black_box(reversible=True)
 def euler(q, p, h, system):
     dq, dp = system.f(q, p)
     return q + h * dq, p + h * dp
@@ -84,7 +84,7 @@ def test_verify_takes_every_study_that_its_commands_name(mine, capsys):
 
 @pytest.mark.parametrize("claim", [True, False, None])
 def test_a_claim_is_never_printed_as_an_answer(claim):
-    @black_box(order=1, reversible=claim)
+    @black_box(reversible=claim)
     def euler(q, p, h, system):
         dq, dp = system.f(q, p)
         return q + h * dq, p + h * dp
