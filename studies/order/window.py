@@ -236,10 +236,11 @@ def off_the_line(rows: Sequence[Row], order: float) -> Row | None:
 def off_its_neighbours(rows: Sequence[Row], order: float) -> Row | None:
     """Return a run whose error is beside the order of the four runs next to it, or None.
 
-    Where another power of the step moves one run off the line between those beside it, it moves
-    the local orders of the others, too: by 3 times as much at least if it is the next one, at steps
-    that are halved, and 5/3 times if it is the one after that. So a run that is off by twice what
-    the others miss the order by is another method's, or follows another motion.
+    What another power of the step adds to log₂ of the errors grows with the step. So it moves a run
+    off the line between the two beside it by at most as much as it differs between these: by the
+    distance of their local order from the expected one, times that of log₂ of their steps. They are
+    next to each other among the others, so a run that is off by more than the largest such
+    distance times theirs is another method's, or follows another motion.
     """
     known = [row for row in rows if row.error]
     steps, errors = np.log2([(row.step, row.error or math.nan) for row in known]).T.reshape(2, -1)
@@ -248,7 +249,8 @@ def off_its_neighbours(rows: Sequence[Row], order: float) -> Row | None:
         missed = np.abs(np.diff(errors[others]) / np.diff(steps[others]) - order).max()
         share = (steps[k] - steps[k - 1]) / (steps[k + 1] - steps[k - 1])
         off = abs(errors[k] - (1 - share) * errors[k - 1] - share * errors[k + 1])
-        if len(others) == LEAST_POINTS and off > max(2 * STRAIGHT[True], 2 * missed):
+        bent = missed * abs(steps[k + 1] - steps[k - 1])
+        if len(others) == LEAST_POINTS and off > max(2 * STRAIGHT[True], bent):
             return known[k]
     return None
 

@@ -84,6 +84,7 @@ def test_a_run_of_another_method_is_named(tmp_path, k):
     ([4.05e-3, 1e-3, 2.6e-4, 6.25e-5, 1.5625e-5], 2),  # one in the middle, by 4 %
     ([4.1e-3, 1.1e-3, 2.5e-4, 6.25e-5, 1.5625e-5], 1),
     ([5e-3, 1.1e-3, 2.6e-4, 6.3e-5, 1.57e-5], None),  # two powers
+    ([h**2 * (1 + h / 2) for h in (1, 0.1, 0.01, 1e-3, 1e-4)], None),  # and steps by tens
 ])  # fmt: skip
 def test_what_is_on_no_line_is_another_power_or_round_off_or_another_run(errors, named):
     on_line = [k for k, e in enumerate(errors) if e in (1e-3, 2.5e-4, 6.25e-5, 1e-8, 2.5e-9)
