@@ -337,7 +337,8 @@ class Claims:
            keeps: str | Sequence[str]) -> Claims:  # fmt: skip
         """Return the claims given to a decorator; raises `BadInput` for those of another kind.
 
-        A method that is its own adjoint has an even order (Hairer, Lubich, Wanner II.3).
+        A method that is its own adjoint has an even order (Hairer, Lubich, Wanner II.3). order:
+        None for a program, whose way back may be by reversed momenta, at any order.
         """
         for word, claim in (("symplectic", symplectic), ("reversible", reversible)):
             fit = claim is None or (isinstance(claim, int | np.bool_) and claim in (True, False))

@@ -56,7 +56,7 @@ def measure(case: Case) -> FoundOfNumbers:
                if row.defect is not None and row.certain is not None]  # fmt: skip
     if not defects:
         return FoundOfNumbers(rows, asked=asked)
-    last, (defect, certain) = decisive(rows), map(max, zip(*defects, strict=True))
+    last, (defect, certain) = decisive(case, rows), map(max, zip(*defects, strict=True))
     return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution), asked)
 
 

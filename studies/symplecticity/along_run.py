@@ -36,7 +36,8 @@ CALLS, ASKS, USUAL = 2**15, 4, 10**5
 MOST, LEAST = 2**11, 2**5  # steps of a run
 POINTS = 32  # of a curve
 ROWS = 16  # rows of a run at which its curve is looked at
-LEGS = 8  # runs after one another, each from where the form was last resolved
+LEGS = 16  # runs after one another, each from where the form was last resolved
+SHORTER = 4  # factor of the next length if no row of a run is resolved
 #: sizes of a curve in parts of the motion; a smaller one is for runs that draw it out too far
 REACHES = (0.02, 1e-3, 5e-5)
 STARTS = 64  # drawn states of a map's box, of which that with the longest run in it is taken
@@ -68,7 +69,8 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
 def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     """Return the first certain defect of the form along a run, and how far the form is seen.
 
-    A motion that draws closed curves out, as near a saddle, is covered by runs after one another.
+    A motion that draws closed curves out, as near a saddle, is covered by runs after one another,
+    of a program that makes the same steps from whatever state it starts.
     """
     scheme: Any = case.scheme
     flow, z = _start(case, seed)
@@ -81,24 +83,32 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     z, stays = _longest(scheme, flow, z, steps, seed) if in_box(scheme) else (z, steps)
     if (steps := stays // ROWS * ROWS) == 0:
         return OfRun(float(flow.step), left=stays)
-    run = guarded(map_of(flow, steps, rows=ROWS), ROWS * len(z))
     own = scheme.rule.follows_motion
     wanted = min(steps, case.scene.steps_for(flow.step)) if own else 0
-    drawn, part, unit = np.random.default_rng(seed + 4), steps // ROWS, scheme.rule.unit(16)
-    of_run, at = OfRun(float(flow.step), steps, left=stays if stays < whole else 0), z
-    for _ in range(LEGS):
+    drawn, unit = np.random.default_rng(seed + 4), scheme.rule.unit(16)
+    of_run = OfRun(float(flow.step), steps, wanted, left=stays if stays < whole else 0)
+    at, length, legs = z, steps, LEGS if scheme.rule.repeats else 1
+    while legs:
+        before, part = of_run.covered, length // ROWS
+        run = guarded(map_of(flow, length, before * flow.step, ROWS), ROWS * len(z))
         where = flow.system, run, at, scale, *free_states(case, flow.system, at, scale), drawn
         of = zip(*(_of_curve(case, *where) for _ in range(curves)), strict=True)
         rows = [_worse(*each) if len(each) > 1 else each[0] for each in of]
         told = [k for k, row in enumerate(rows, 1) if row.resolution <= may_hide(case)]
         seen = part * max(told, default=0)
-        of_run = replace(of_run, seen=max(of_run.seen, seen), covered=of_run.covered + seen)
+        of_run = replace(of_run, seen=max(of_run.seen, seen), covered=before + seen)
         broken = [k for k, row in enumerate(rows, 1) if is_defect(row.certain, unit, part * k)]
         if broken:
-            of_run = replace(of_run, broken=part * broken[0], certain=rows[broken[0] - 1].certain)
-        if broken or seen == 0 or of_run.covered >= wanted:
+            k = broken[0]
+            of_run = replace(of_run, broken=before + part * k, certain=rows[k - 1].certain)
+        if broken or of_run.covered >= wanted:
             break
-        at = np.asarray(run(at)).reshape(ROWS, -1)[max(told) - 1]
+        if seen:
+            at, legs = np.asarray(run(at)).reshape(ROWS, -1)[max(told) - 1], legs - 1
+        elif length < SHORTER * ROWS:
+            break
+        else:  # its first row is where the curve is drawn out too far already
+            length = length // SHORTER // ROWS * ROWS
     return replace(of_run, again=repeated(flow, z, scale, steps, seed=seed).gap)
 
 

@@ -140,7 +140,8 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise | None = None) -> De
     unsure = of_noise + beyond + size * tails * len(curve) / 2
     gap = abs(integrals[1][0] - integrals[0][0])
     size = size or 1.0
-    return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / size)
+    # an image that is drawn out has a larger area, beside which a loss would look smaller
+    return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / (integrals[0][1] or 1.0))
 
 
 def noise_along(image: Matrix) -> Noise:

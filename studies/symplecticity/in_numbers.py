@@ -34,8 +34,9 @@ from .records import FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers, V
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
-#: nor is one of so much of the motion, a tenth of a fault that matters in doubles, if it is a
-#: millionth of that defect, too: methods of high order leave little at any step
+#: a defect of so much of the motion counts as none either, if it is at most so small a part of what
+#: a method without a form leaves: differences resolve no less at methods of high order. Set: a
+#: thousand steps of it add up to 10⁻⁷ of the motion, and a pass says what could be hidden
 FINE, OF_LEFT = 1e-10, 1e-6
 LOOPS = 6  # closed curves per place
 # their sizes in parts of the motion; the next is for a place where one is too large
@@ -81,7 +82,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         near = [_row(case, len(rows), look, part * scale, seed)
                 for look in stand_out for part in NEAR]  # fmt: skip
         rows += [row for row in near if row.certain is not None]
-    return FoundOfNumbers(rows, _measured(rows), around=around, jumps=jumps)
+    return FoundOfNumbers(rows, _measured(case, rows), around=around, jumps=jumps)
 
 
 def certain_losses(case: Case, fewer: int) -> list[Look]:
@@ -243,18 +244,18 @@ def _entry(at: tuple[int, ...], n: int) -> str:
     return f"{{{', '.join(names)}}}" if names else ""
 
 
-def decisive(rows: Sequence[Resolved]) -> Resolved:
-    """Return the row whose resolution `ENOUGH` places reach, relative to the defect left there."""
-    reached = sorted((row.resolution / (row.left or 2.0**-1022), k) for k, row in enumerate(rows)
-                     if row.resolution is not None)  # fmt: skip
+def decisive(case: Case, rows: Sequence[Resolved]) -> Resolved:
+    """Return the row whose resolution `ENOUGH` places reach, relative to what a pass may hide."""
+    reached = sorted((row.resolution / (may_hide(case, row.left or 0.0) or 2.0**-1022), k)
+                     for k, row in enumerate(rows) if row.resolution is not None)  # fmt: skip
     return rows[reached[min(ENOUGH, len(reached)) - 1][1]]
 
 
-def _measured(rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
+def _measured(case: Case, rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
     seen = [r for r in rows if r.certain is not None]
     if not seen:
         return MeasuredOfNumbers()
-    resolution = decisive(rows).resolution or 0.0
+    resolution = decisive(case, rows).resolution or 0.0
     certain = max(r.certain or 0.0 for r in seen)
     # where differences resolve far less than elsewhere, their defect is their own error
     told = [r.poisson or 0.0 for r in seen if (r.resolution or 0.0) <= 1e3 * resolution]
@@ -265,7 +266,7 @@ def _measured(rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
 def may_hide(case: Case, left: float = 1.0) -> float:
     """Return the largest defect that a pass may hide, where other methods leave a defect `left`.
 
-    It is in units of the program's round-off; at most a hundredth of it.
+    It is in units of the program's round-off, and at most a hundredth of `left`.
     """
     most = max(RESOLVED * left, min(OF_LEFT * left, FINE))
     return min(0.01 * left, most * case.rule.unit(16) / 2.0**-53)

@@ -20,7 +20,7 @@ from ..core.case import Case, Verdict
 from ..core.claims import keeps_volume, not_claimed
 from ..core.outcome import named
 from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
-from .in_numbers import ENOUGH, at_step, decisive, may_hide, wanted_share
+from .in_numbers import ENOUGH, RESOLVED, at_step, decisive, may_hide, wanted_share
 from .judging_form import is_defect
 from .limits import LIMITS
 from .own_derivatives import STEPS, TOLD
@@ -49,7 +49,7 @@ def judge(case: Case, record: FoundOfNumbers) -> Verdict:
 
 def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
     measured, rows = record.measured, record.rows
-    left = decisive(rows).left or 0.0 if measured.resolution else 0.0
+    left = decisive(case, rows).left or 0.0 if measured.resolution else 0.0
     expected: dict[str, Any] = {"resolved": wanted_share(case, left)}
     reason = not_claimed(case.rule, "symplectic")
     if not reason and not _closed_force(case):
@@ -102,20 +102,21 @@ def _judged(case: Case, record: FoundOfNumbers) -> Verdict:
         return Verdict("inconclusive", f"{said}: {missing[0].why_not}.", expected)
     resolution = measured.resolution or 0.0
     if resolution <= may_hide(case, left):
-        is_map = not case.rule.follows_motion
-        wanted = 0 if is_map or not run.steps else case.scene.steps_for(run.step)
-        if run.covered < min(run.steps, wanted):
+        if run.covered < run.wanted:
             said = "single steps keep the form, and closed curves of starts tell nothing of it "
             said += f"after more than {run.covered} steps of {run.step:.3g} of the motion"
             return Verdict("inconclusive", f"{said}{rough}.", expected)
         if unknown := _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
         told = "the form is kept in single steps"
+        if resolution > RESOLVED * left:
+            told += f", but for defects of {resolution:.0e} of the motion,"
         told += f" and in runs of up to {run.seen} steps" if run.seen else ""
         told += " that together cover the motion" if run.covered > run.seen else ""
         if run.left:
             told += f"; its orbits leave the box after {run.left} steps or fewer, and end there"
-        told += "; the motion of a map of one step is not held against a scene's" * is_map
+        if not case.rule.follows_motion:
+            told += "; the motion of a map of one step is not held against a scene's"
         told = "; ".join([told, *_looked_at(case, record)])
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
     said = f"no defect is seen, but one of {resolution:.1e} could be hidden, where a "
@@ -169,7 +170,7 @@ def _jumps(case: Case, record: FoundOfNumbers) -> Verdict | None:
     Steps smaller than what is no defect (`may_hide`) count as none. By a large one the images of
     the two sides are far apart, and may be those of no others.
     """
-    left = decisive(record.rows).left or 0.0 if record.jumps else 0.0
+    left = decisive(case, record.rows).left or 0.0 if record.jumps else 0.0
     for jump in record.jumps:
         if jump.size <= may_hide(case, left) or not (jump.across or 0.0) > LIMITS["jump across"]:
             continue

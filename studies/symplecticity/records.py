@@ -105,14 +105,15 @@ class MeasuredOfNumbers:
 class OfRun:
     """The form along a run of a program, of so many steps of that size.
 
-    seen: the steps after which the form was resolved, covered: those of such runs one after
-    another. certain: the defect that no error explains, after `broken` steps; 0 without one. again:
-    the difference from the same steps made again. left: the most steps after which an orbit of a
-    map leaves its box; 0 if one stays.
+    wanted: the steps over which the form is to be resolved. seen: those of one run after which it
+    was, covered: those of such runs one after another. certain: the defect that no error explains,
+    after `broken` steps; 0 without one. again: the difference from the same steps made again. left:
+    the most steps after which an orbit of a map leaves its box; 0 if one stays.
     """
 
     step: float = 0.0
     steps: int = 0
+    wanted: int = 0
     seen: int = 0
     covered: int = 0
     certain: float = 0.0

@@ -227,8 +227,9 @@ def verify(
         judges, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     result = joined("verify", results)
+    moving = any(rule.follows_motion and not rule.is_recorded for rule in choice.rules)
     beside = [f"Laws are asked along each motion and up to {WIDE:g} of its size beside it: a fault "
-              "farther away is not seen."]  # fmt: skip
+              "farther away is not seen."] * moving  # fmt: skip
     notes = [*result.notes, *beside, *not_judged,
              *_left_out(request, choice, asked, result.cases)]  # fmt: skip
     notes = list(dict.fromkeys(notes))
@@ -302,8 +303,7 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
                 "name a scene that has it by --scene."
             )
     backwards = [rule for rule in choice.rules if rule.claims and rule.claims.reversible]
-    judged = {case.rule.name for case in every_study()["reversibility"].cases(choice)} if (
-        backwards) else set()  # fmt: skip
+    judged = [case.rule.name for case in every_study()["reversibility"].cases(choice) if backwards]
     return said + [
         f"{rule.name} claims to be reversible, which no study judges on the chosen scenes."
         for rule in backwards if rule.name not in judged

@@ -246,7 +246,7 @@ def black_box(
             )
     only = _only_step(step, order, runs)
     corners = _corners(states, only)
-    claims = Claims.of("black_box", order, symplectic, reversible, keeps)
+    claims = Claims.of("black_box", None, symplectic, reversible, keeps)
     if not isinstance(source, str):
         raise BadInput(f"black_box(source=...): source is a text, not {shown(source)}.")
 

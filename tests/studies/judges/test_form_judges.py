@@ -116,6 +116,14 @@ def test_a_step_back_is_the_inverse():
     assert "misses the start by 0.5 of the terms" in said and "would leave 7e-15" in said
 
 
+@pytest.mark.parametrize(("left", "hidden"), [
+    (1, 1e-9), (1e-2, 1e-10), (1e-4, 1e-10), (1e-8, 1e-14), (0, 0),
+])  # fmt: skip
+def test_a_pass_may_hide_a_part_of_what_other_methods_leave(left, hidden):
+    program = case(rule=black_box(order=2, name="p")(lambda q, p, h: (q, p)))
+    assert may_hide(program, left) == close(hidden)
+
+
 def test_a_step_back_of_a_program_has_to_resolve_what_its_order_may_leave():
     program = case(rule=black_box(order=2, reversible=True, name="p")(lambda q, p, h: (q, p)))
     for hidden, verdict in ((may_hide(program, 0.1), "pass"), (0.1, "inconclusive")):
