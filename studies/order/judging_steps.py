@@ -34,7 +34,7 @@ def judge(case: Case, record: Found, local: SingleSteps, verdict: Verdict) -> Ve
         return verdict.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
             f"of the order; one step is of order {order:.2f} in {local.component}: take another "
-            "scene, or --digits 50."
+            f"scene{', or --digits 50' * (case.digits == 16)}."
         )
     return verdict
 

@@ -277,8 +277,10 @@ def _proof(rule: Discretisation, progress: Progress, store: Store | None) -> dic
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:
-    """Return a sentence for each claim that nothing judges: names of keeps= that no chosen scene
-    has, any for "momentum", and to be reversible where no study takes steps back.
+    """Return a sentence for each claim or declaration that nothing judges.
+
+    They are names of keeps= that no chosen scene has, any for "momentum", to be reversible where no
+    study takes steps back, and momenta that a scene declares where none is judged.
 
     Raises `BadInput` for a name that is almost a known one.
     """
@@ -304,6 +306,12 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
             )
     backwards = [rule for rule in choice.rules if rule.claims and rule.claims.reversible]
     judged = [case.rule.name for case in every_study()["reversibility"].cases(choice) if backwards]
+    of_momenta = {case.scene.name for case in get("momentum").cases(choice)}
+    for scene in choice.scenes:
+        momenta = [str(getattr(q, "name", q)) for q in scene.symmetries
+                   if getattr(q, "kind", "") != "first integral"]  # fmt: skip
+        if momenta and scene.name not in of_momenta:
+            said.append(f"{scene.name} declares {', '.join(momenta)}, which no study judges here.")
     return said + [
         f"{rule.name} claims to be reversible, which no study judges on the chosen scenes."
         for rule in backwards if rule.name not in judged
