@@ -18,6 +18,7 @@ from .first_terms import Told
 SAME = 2.0**-36
 #: steps of a run that are looked at: at rest some methods agree, and steps may be unlike
 STEPS = 16
+LONGER = 4  # factor of the step at which explicit methods of unlike orders differ by far more
 #: iterations for the state between two parts of a step, of which a separable H needs two
 ITERATIONS = 16
 #: name ↦ (order, the parts of a step): each moves along the field at one place, which lies at
@@ -86,16 +87,20 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
     if not free or not scheme.rule.follows_motion:
         return None
     system = scene_in_numbers(scheme.s, scene, arithmetic(16))
+    steps: list[tuple[float, Vector, Vector]] = []
     try:
-        flow = scheme.flow(scene.step)
-        run = flow.trajectory(STEPS)
-        rows = np.stack([run.x, run.mu], axis=1).astype(float)
+        for factor in (1, LONGER):
+            flow = scheme.flow(scene.step * factor)
+            run = flow.trajectory(STEPS)
+            rows = np.stack([run.x, run.mu], axis=1).astype(float)
+            if not np.ptp(rows, axis=0).any():  # at rest all methods agree
+                return None
+            steps += [(float(flow.step), *z) for z in pairwise(rows)]
         for name, (order, parts) in KNOWN.items():
-            if all(_is_step(parts, system, float(flow.step), *z) for z in pairwise(rows)):
+            if all(_is_step(parts, system, *step) for step in steps[:STEPS]):
                 return name, order
         for name, (order, shares, weights) in EXPLICIT.items():
-            if all(_is_explicit(shares, weights, system, float(flow.step), *z)
-                   for z in pairwise(rows)):  # fmt: skip
+            if all(_is_explicit(shares, weights, system, *step) for step in steps):
                 return name, order
     except DiscmechError:
         return None
