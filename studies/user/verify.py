@@ -154,9 +154,10 @@ def _scenes_recorded(rule: Discretisation, own: Sequence[Scene]) -> list[Scene]:
         return []
     runs: Any = rule
     known = [*own, *scenes.all_scenes()]
-    matches = [s for s in known if (s.name == runs.scene if runs.scene else runs.begins_at(s))]
-    if runs.scene and not matches:
-        raise BadInput(f"{rule.name}: {unknown('scene', runs.scene, [s.name for s in known])}")
+    name = runs.scene_name
+    matches = [s for s in known if (s.name == name if name else runs.begins_at(s))]
+    if name and not matches:
+        raise BadInput(f"{rule.name}: {unknown('scene', name, [s.name for s in known])}")
     if matches and not any(map(rule.applies, matches)):
         raise BadInput(f"{rule.name}: {rule.refusal(matches[0])}")
     if not matches:

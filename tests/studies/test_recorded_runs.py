@@ -250,6 +250,7 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
         assert "pend" in capsys.readouterr().out
         assert main(["order", "pendulum", "--rule", again]) == 2
         assert "are runs of pend, not of pendulum" in capsys.readouterr().err
+        assert main(words) == 0 and "pend, again, 16 digits" in capsys.readouterr().out
     save(tmp_path, x0=[1.0])
     tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
     assert main(words) == 2

@@ -54,11 +54,15 @@ class Recorded(BlackBox):
         """Return the unit of round-off, or of the written digits, relative to the motion."""
         return max(super().unit(digits), *(run.unit for run in self.recordings))
 
+    @property
+    def scene_name(self) -> str:
+        """The name of their scene, which may be given as FILE.py:NAME; "" if it is not given."""
+        return scene_named(self.scene).name if ".py:" in self.scene else self.scene
+
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the runs cannot be those of the scene, or ""."""
-        named = scene_named(self.scene).name if ".py:" in self.scene else self.scene
-        if named not in ("", scene.name):
-            return f"{self.name} are runs of {named}, not of {scene.name}."
+        if self.scene_name not in ("", scene.name):
+            return f"{self.name} are runs of {self.scene_name}, not of {scene.name}."
         run = self.recordings[0]
         here = run.x.shape[1], run.mu.shape[1]
         there = scene.groupoid.dim_x, scene.groupoid.dim_u
