@@ -74,7 +74,7 @@ def _missed(cloud: Cloud) -> tuple[Vector, int, tuple[float, ...]]:
     least = float(RATIO) ** (order + rule.repeats - 0.5)
     low = (errors[0] < least * errors[1]) & (errors[1] < least * errors[2])
     missed = np.where(low & (errors[2] > CLEAR * rounding), errors[2], 0)
-    known = np.isfinite(errors[2]).all(axis=1)
+    known = np.isfinite(np.sum(errors, axis=0) + rounding).all(axis=1)
     missed = np.nan_to_num((missed / np.where(scale > 0, scale, 1)).max(axis=1))
     shares = steps / float(scheme.scene.step)
     return missed, int(known.sum()), (float(shares.min()) / PARTS[-1], float(shares.max()))

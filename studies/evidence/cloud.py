@@ -22,7 +22,7 @@ from discmech.integrators.errors import CannotMeasure, DiscmechError, Displaced
 from discmech.integrators.extensions.foreign import guarded, images
 from discmech.integrators.extensions.foreign.box import no_motion
 from discmech.integrators.numbers import Matrix, Vector, mpmath
-from discmech.reference import many_motions
+from discmech.reference import ReferenceFailure, many_motions
 
 from ..systems.runs import Rows
 from .places import Place, seed_in_numbers, sizes_of_motion, states_on_orbit
@@ -118,8 +118,8 @@ def around(scheme: AnyScheme) -> Cloud:
     """Return states up to `WIDE` of the motion's size beside it in every entry, and steps.
 
     They are free states where there are no constraints; on a group x is that of the motion. Of a
-    map's box they are states in it. Raises `ReferenceFailure` for a scene without continuous
-    equations.
+    map's box they are states in it. States outside the scene's domain are left out. Raises
+    `ReferenceFailure` for a scene without continuous equations, and where no state is left.
     """
     rule, seed = scheme.rule, seed_in_numbers(scheme)
     if in_box(scheme):
@@ -133,9 +133,13 @@ def around(scheme: AnyScheme) -> Cloud:
     moved = by * drawn.uniform(0, WIDE, (count, 1)) * drawn.uniform(-1, 1, (count, len(by)))
     of_x, of_v = np.hsplit(moved, [x.shape[1]])
     t, x, v = t[at], x[at] + of_x * scheme.s.groupoid.canonical, v[at] + of_v
-    mu = many_motions(scheme.scene).after(x, v, t, 0 * t, by).mu
-    steps = np.resize(sizes_of(scheme, seed), count)
-    return Cloud(scheme, np.hstack([x, mu]), v, t, steps, np.full(count, True))
+    z = np.hstack([x, many_motions(scheme.scene).after(x, v, t, 0 * t, by).mu])
+    steps, inside = np.resize(sizes_of(scheme, seed), count), np.isfinite(z).all(axis=1)
+    if not inside.any():
+        raise ReferenceFailure(f"{scheme.scene.name}: no state around its motion has a momentum.")
+    return Cloud(
+        scheme, z[inside], v[inside], t[inside], steps[inside], np.full(inside.sum(), True)
+    )
 
 
 def costs_of_call(rule: Any) -> int:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ def kept(scheme: Scheme, order: int, digits: int = 16) -> Kept:
     record = _kept(scheme, order, digits, 1)
     if not all(record.slopes(j) for j in range(record.first, order + 1)):
         with suppress(StepFailure):  # so large a step may have no solution
-            return _kept(scheme, order, digits, LARGER)
+            return replace(_kept(scheme, order, digits, LARGER), below=record.below)
     return record
 
 
@@ -103,7 +103,7 @@ def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
         z = np.hstack([run.x, run.mu])
         terms = dual(z.astype(float))[1].max()
         H = equation.hamiltonian(z)
-        if not k and first > 1:
+        if not k and first > 1 and larger == 1:
             record.below = _below(scheme, first, z.astype(float))
         record.steps.append(float(flow.step))
         record.floor.append(eps * float(terms) * math.sqrt(STEPS * 2**k))
@@ -123,7 +123,9 @@ def _below(scheme: Scheme, order: int, z: Matrix) -> dict[int, tuple[float, str]
         cloud = around(scheme)
         z, scale = np.vstack([z, cloud.z]), cloud.scale
     scale = np.where(scale > 0, scale, scale.max(initial=0.0) or 1.0)
-    own, *lower = np.abs(ModifiedEquation(scheme, order - 1, DIGITS).field(z)).astype(float) / scale
+    fields = np.abs(ModifiedEquation(scheme, order - 1, DIGITS).field(z)).astype(float) / scale
+    known = np.isfinite(fields).all(axis=(0, 2))  # not outside the scene's domain
+    z, (own, *lower) = z[known], fields[:, known]
     below = dict[int, tuple[float, str]]()
     for j, part in enumerate(lower, 1):
         k = int(part.max(axis=1).argmax())

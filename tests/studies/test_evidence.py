@@ -245,7 +245,7 @@ NARROW = {
 }
 
 
-@pytest.mark.dear(but=("step",))
+@pytest.mark.dear("in x", "in the momentum")
 @pytest.mark.parametrize("part", NARROW)
 def test_a_form_that_is_lost_in_a_narrow_part(part):
     """Of the states or of the sizes of steps, by a power above the order, which alters no order."""

@@ -95,6 +95,7 @@ def test_arrays_of_sites_and_bonds_at_once_are_so_in_a_sample():
     )  # fmt: skip
     sample, sites = sample_of(ring, 1)
     assert len(sample.pairs) == sample.sites >= len(sites) and 70 in sites
+    assert evidence_of(Scheme(ring, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
     found = evidence_of(Scheme(ring, beside(WRONG["one site"]))).order
     assert found.order == pytest.approx(1, abs=1e-3) and found.component.endswith("of site 70")
 
@@ -132,6 +133,7 @@ def test_a_hub_is_no_part_of_a_sample_and_stays():
     assert 0 in sites and not sample.free[sites.index(0)] and len(sites) > 50
     middle = replace(hub, bonds=[(100, i) for i in range(200) if i != 100])
     assert len(sample_of(middle, 1)[1]) > 50
+    assert evidence_of(Scheme(hub, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
 
 
 def test_rods_that_are_straight_have_a_sample():
@@ -145,6 +147,7 @@ def test_rods_that_are_straight_have_a_sample():
 
 def test_a_site_between_sites_that_stay_is_judged():
     alone = replace(CHAIN, fixed=[k for k in range(N) if k != 5], parameters={"mass": 1})
+    assert evidence_of(Scheme(alone, rules.midpoint)).order.order == pytest.approx(2, abs=1e-3)
     found = evidence_of(Scheme(alone, beside(lambda L, x: 1))).order
     assert found.order == pytest.approx(1, abs=1e-3) and found.component.endswith("of site 5")
 

@@ -5,8 +5,9 @@ import re
 
 import pytest
 from matplotlib.mathtext import MathTextParser
-from sympy import sympify
+from sympy import sqrt, sympify
 
+from discmech import Scene, pair
 from discmech.integrators import Scheme, rules, scenes
 from discmech.integrators.extensions.expansions import ModifiedEquation
 from discmech.studies.command.entry import main
@@ -104,10 +105,19 @@ def test_a_wrong_term_is_caught(monkeypatch):
     assert judge(kept(scheme, 2)).verdict == "fail"
 
 
-def test_ways_between_states_go_round_a_singularity():
-    """Half an orbit ends opposite to its start, with the centre on the straight way."""
-    half = scenes.get("kepler").with_values(x0=[1, 0], v0=[0, "9/10"], step="16/100")
-    told = judge(kept(Scheme(half, rules.get("stoermer-verlet")), 2))
+#: half an orbit ends opposite to its start, with the centre on the straight way
+HALF = scenes.get("kepler").with_values(x0=[1, 0], v0=[0, "9/10"], step="16/100")
+#: velocities are below 1, and some of the states beside the motion would be faster
+BOUNDED = Scene(
+    "bounded", pair(1), lambda x, v, p: -sqrt(1 - v[0] ** 2) - x[0] ** 2 / 2,
+    x0=[0], v0=["0.9"], duration=10, step="1/20",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("scene", "rule"), [(HALF, "stoermer-verlet"), (BOUNDED, "midpoint")])
+def test_states_and_ways_go_round_what_the_motion_does_not_reach(scene, rule):
+    """A singularity between two states, and states outside the domain of a scene."""
+    told = judge(kept(Scheme(scene, rules.get(rule)), 2))
     assert told.verdict == "pass", told.reason
 
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
-from discmech import Scheme, black_box, scenes
+from discmech import Scene, Scheme, black_box, pair, scenes
 from discmech.studies.evidence import evidence_of
 
 from . import methods
@@ -40,6 +41,18 @@ def test_a_program_is_asked_beside_the_motion(part, rate):
     evidence = evidence_of(scheme)
     assert evidence.order.order == pytest.approx(2 if part == "nowhere" else 0, abs=0.05)
     assert evidence.around[0] == 1024 and (len(evidence.places) > 4) == (part != "nowhere")
+
+
+@pytest.mark.parametrize("rate", [0, 1e-3])
+def test_states_outside_the_domain_hide_no_fault_at_others(rate):
+    """Of 1024 states drawn beside this motion some 170 would be faster than 1."""
+    bounded = Scene(
+        "bounded", pair(1), lambda x, v, p: -sympy.sqrt(1 - v[0] ** 2) - x[0] ** 2 / 2,
+        x0=[0], v0=["0.9"], duration=10, step="1/20",
+    )  # fmt: skip
+    evidence = evidence_of(Scheme(bounded, damped(PARTS["outside"], lambda h: rate * h)))
+    assert evidence.order.order == pytest.approx(0 if rate else 2, abs=0.05)
+    assert 700 < evidence.around[0] < 1000 and (len(evidence.places) > 4) == bool(rate)
 
 
 @pytest.mark.slow
