@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import BadInput
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.scene import Opaque, reads
 from discmech.reference import ReferenceFailure, many_motions
 
 from ..systems.runs import with_terms
@@ -27,9 +29,9 @@ ROUNDING = 2.0**-53
 
 @dataclass(frozen=True)
 class _OfScene:
-    """A scene, and a scheme on it by which its states are drawn: the answer is that of any rule."""
+    """What a scene reads, and a scheme on it to draw states by: the answer is that of any rule."""
 
-    scene: Any
+    read: str
     scheme: Any = field(compare=False)
 
 
@@ -39,13 +41,19 @@ def check_first_integrals(scheme: Any) -> None:
     Those of the attitude, or of the step, are not asked, nor those of a scene without equations.
     """
     scene = getattr(scheme, "scene", None)  # a lattice has none
-    if scene is not None and (said := _said(_OfScene(scene, scheme))):
+    if scene is None:
+        return
+    try:
+        said = _said(_OfScene(reads(scene), scheme))
+    except Opaque:
+        said = _said.__wrapped__(_OfScene("", scheme))
+    if said:
         raise BadInput(f"{scene.name}: {said}")
 
 
 @lru_cache(maxsize=16)
 def _said(of: _OfScene) -> str:
-    asked = [q for q in of.scene.symmetries if getattr(q, "kind", "") == "first integral"
+    asked = [q for q in of.scheme.scene.symmetries if getattr(q, "kind", "") == "first integral"
              and not (q.attitude or q.of_step)]  # fmt: skip
     motions = _motions(of.scheme) if asked else None
     told = (_broken(of.scheme, quantity, *motions) for quantity in asked if motions)
@@ -63,7 +71,7 @@ def _motions(scheme: Any) -> tuple[Cloud, Any] | None:
             *[((*p.x, *p.mu), p.u, (p.t,)) for p in places], strict=True))  # fmt: skip
         v, spans = v[:, : len(by) - scheme.s.n], np.full(len(z), float(scene.step))
         ends = many_motions(scene).after(z[:, : scheme.s.n], v, t[:, 0], spans, by)
-    except ReferenceFailure:
+    except (ReferenceFailure, DiscmechError):
         return None
     return Cloud(scheme, z, v, t[:, 0], spans, spans > 0), ends
 
@@ -71,21 +79,25 @@ def _motions(scheme: Any) -> tuple[Cloud, Any] | None:
 def _broken(scheme: Any, quantity: Any, cloud: Cloud, ends: Any) -> str:
     """Return where the motion does not keep a quantity; "" where it does from all states.
 
-    A change counts beyond the round-off of the quantity's terms, and of the motion's end.
+    A change counts beyond the round-off of the quantity's terms, and what the error of each entry
+    of the motion's end, and its rounding, change the quantity by.
     """
     rows_of = with_terms(scheme, scheme.s.conserved(quantity), 16)
+    end = np.hstack([ends.x, ends.mu])
     with np.errstate(all="ignore"):
-        (before, terms), (after, later) = (
-            rows_of(cloud.rows(z)) for z in (cloud.z, np.hstack([ends.x, ends.mu]))
-        )
+        (before, terms), (after, later) = (rows_of(cloud.rows(z)) for z in (cloud.z, end))
         sizes = np.maximum(terms, later).max(axis=1)
-        changes = (after - before) / np.maximum(sizes, np.nanmedian(sizes))[:, None]
-        known = ROUNDINGS * (ROUNDING + (ends.error / cloud.scale).max(axis=1))
-        gaps = np.nan_to_num(np.abs(changes).max(axis=1) / known)
+        sizes = np.maximum(sizes, np.nanmedian(sizes))
+        unsure = ends.error + ROUNDING * cloud.scale
+        moved = sum(np.maximum(*(np.abs(rows_of(cloud.rows(end + way))[0] - after)
+                                 for way in (-one, one))).max(axis=1)
+                    for one in unsure.T[:, :, None] * np.eye(unsure.shape[1])[:, None])  # fmt: skip
+        known = sizes * (ROUNDING + (ends.error / cloud.scale).max(axis=1)) + moved
+        gaps = np.nan_to_num(np.abs(after - before).max(axis=1) / (ROUNDINGS * known))
     k = int(np.argmax(gaps))
     if gaps[k] <= 1:
         return ""
-    i = int(np.argmax(np.abs(changes[k])))
+    i = int(np.argmax(np.abs((after - before)[k])))
     rate = (after - before)[k, i] / float(scheme.scene.step)
     return (
         f"{quantity.name} is declared a first integral, but the motion from {cloud.place(k)} "

@@ -74,9 +74,20 @@ def test_first_integrals_are_asked_of_motions_beside_the_scenes_own(numeric):
     else:
         scene = Scene("well", pair(2), lambda x, v, p: v.dot(v) / 2 - x[0] ** 2 - 2 * x[1] ** 2,
                       v0=[1, 0], **start)  # fmt: skip
-    kept = Conserved("along", lambda x, mu, p: mu[0] ** 2 / 2 + x[0] ** 2, kind="first integral")
+    weight = 0.5
+
+    def along(x, mu, p):
+        return sympy.cos(
+            1000 * (weight * mu[0] ** 2 + x[0] ** 2)
+        )  # its end is unsure by 1000 times
+
+    kept = Conserved("along", along, kind="first integral")
     lost = Conserved("L", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0], kind="first integral")
     single_steps(Case("order", scene.with_values(symmetries=[kept]), rule, 16))
+    weight = 1.0
+    with pytest.raises(BadInput, match="along is declared a first integral, but the motion"):
+        single_steps(Case("order", scene.with_values(symmetries=[kept]), rule, 16))
+    weight = 0.5
     with pytest.raises(BadInput, match="L is declared a first integral, but the motion from x ="):
         single_steps(Case("order", scene.with_values(symmetries=[kept, lost]), rule, 16))
 
