@@ -33,10 +33,10 @@ Rule: TypeAlias = Any
 
 START = "start"  # the name of the state at which a run begins, beside those of parameters
 STEPS = 16  # steps of the runs whose gradient is asked at every place
-#: and of longer ones, from two places: as many as the scene has, or drawn parts of these
+#: Longer runs, from two places: a drawn part of the scene's steps, halved while differences hide
+#: more than `TOLD` of the motion.
 MOST_STEPS, PARTS, PLACES = 2**11, (0.6, 1.0), 2
 TOLD = 0.01  # of the motion: what differences of a run hide, or one of half as many steps is made
-NEAR = 2.0**-26  # share of the motion by which starts differ to tell how such a change grows
 PART = 1 / 8  # share of a parameter's size over which it is varied: its sign stays
 HALF = 2.0**-26  # half of the digits of a double
 ROUNDINGS = 64  # of one step's derivative, in units of its largest entry
@@ -90,15 +90,17 @@ def _of_steps(flow: Flow, look: Look, scale: Vector, seed: int, steps: int) -> l
 def _growth(flow: Flow, look: Look, scale: Vector, steps: int) -> float:
     """Return the largest growth of a small change of the start along a run, at least 1.
 
+    The change keeps half of the digits of the program's numbers.
     A rounding of a row's derivative is as large as that has grown, and grows by at most as much
     again, in units of the derivative of the whole run (D_kn = D_0n D_0k⁻¹, which keeps the form).
     """
     n, drawn, rows = flow.system.n, np.random.default_rng(steps), list[Matrix]()
-    for way in (0.0, *drawn.choice((-NEAR, NEAR), (2, len(scale)))):
+    near = flow.scheme.rule.unit(16) ** 0.5
+    for way in (0.0, *drawn.choice((-near, near), (2, len(scale)))):
         z = look.z + way * scale
         run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=look.time)
         rows.append(np.hstack([run.x, run.mu]).astype(float))
-    return max(1.0, *(float(np.abs((e - rows[0]) / scale).max()) / NEAR for e in rows[1:]))
+    return max(1.0, *(float(np.abs((e - rows[0]) / scale).max()) / near for e in rows[1:]))
 
 
 def _by(
