@@ -405,6 +405,17 @@ def test_runs_on_a_scene_in_numbers_begin_at_a_momentum(x0, tmp_path):
     assert steps.order == 2 and not steps.unknown
 
 
+def test_a_scene_is_not_that_of_runs_off_its_constraint_and_their_mistakes_are_told(tmp_path):
+    for k, moved in enumerate((0, 0, 0, 1e-3)):
+        t = np.arange(8 * 2**k + 1) / 2 ** (k + 3)
+        q = 0.3 + t[:, None] * [1, 2]
+        np.savez(tmp_path / f"run{k}.npz", t=t, q=q + moved, p=np.full_like(q, 0.1))
+    pendulum = scenes.get("cartesian-pendulum")
+    assert not recorded(str(tmp_path / "run[0-2].npz"), 2).begins_at(pendulum)
+    with pytest.raises(BadInput, match="begin at different states"):
+        recorded(str(tmp_path / "*.npz"), 2).begins_at(pendulum)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("clock", [1.001, 1.01, 1.05])
 def test_runs_of_another_motion_fail(clock, tmp_path):

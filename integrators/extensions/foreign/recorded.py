@@ -75,16 +75,14 @@ class Recorded(BlackBox):
 
     def begins_at(self, scene: Scene) -> bool:
         """Return True if the runs fit the scene and begin at its start."""
-        if self.refusal(scene):
-            return False
-        try:
-            return RecordedScheme(scene, self).begins_there
-        except BadInput:  # they begin where the scene cannot, off a constraint
-            return False
+        return not self.refusal(scene) and RecordedScheme(scene, self).begins_there
 
     def discretise(self, scene: Scene) -> RecordedScheme:
         """Return the runs on a scene, the result of `Scheme(scene, runs)`."""
-        return RecordedScheme(scene, self)
+        scheme = RecordedScheme(scene, self)
+        if not scheme.begins_there:
+            scheme.scene = scheme.moved()
+        return scheme
 
     @property
     def digest(self) -> str:
@@ -134,10 +132,10 @@ def recorded(
 
 
 class RecordedScheme(BoxScheme):
-    """A scene with recorded runs. Its `scene` begins where the runs begin.
+    """A scene with recorded runs; as `discretise` makes it, its `scene` begins where they begin.
 
     Raises `CannotMeasure` for runs that do not fit the scene, and `BadInput` for runs whose starts
-    differ, or that the scene cannot have.
+    differ.
     """
 
     rule: Recorded
@@ -146,18 +144,7 @@ class RecordedScheme(BoxScheme):
         super().__init__(scene, rule)
         first = rule.recordings[0]
         numbers = arithmetic(DIGITS)
-        system = self.in_numbers(numbers)
-        x, second = (np.array(part[0].tolist(), object) for part in (first.x, first.mu))
-        if self.s.clocked:
-            system.t = first.t[0]
         with numbers.working():
-            of_v = rule.form.second == "v"
-            if scene.in_numbers:  # it begins at a momentum
-                begins = {"mu0": system.momentum(x, second) if of_v else second}
-            else:
-                begins = {"v0": second if of_v else system.velocity(x, second)}
-            written = {name: [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in values]
-                       for name, values in begins.items()}  # fmt: skip
             own = [float(v) for v in initial_momentum(self.s, scene, numbers, first.start)]
         starts: list[Numbers] = [self.scene.x0, own]
         near = max(ALIKE, 8 * rule.unit(16))
@@ -175,9 +162,24 @@ class RecordedScheme(BoxScheme):
                     f"{first.path.name} and {run.path.name} begin at different states, {gap:.2g} "
                     "of the motion apart, or times: an order is told from runs of one start."
                 )
-        if not self.begins_there:
-            moved = scene.with_values(x0=first.x[0].tolist(), **written)
-            self.scene = BoxScheme(moved, rule).scene  # this checks the start
+
+    def moved(self) -> Scene:
+        """Return the scene with the runs' start; raises `BadInput` if it cannot begin there."""
+        first, numbers = self.rule.recordings[0], arithmetic(DIGITS)
+        system = self.in_numbers(numbers)
+        x, second = (np.array(part[0].tolist(), object) for part in (first.x, first.mu))
+        if self.s.clocked:
+            system.t = first.t[0]
+        with numbers.working():
+            of_v = self.rule.form.second == "v"
+            if self.scene.in_numbers:  # it begins at a momentum
+                begins = {"mu0": system.momentum(x, second) if of_v else second}
+            else:
+                begins = {"v0": second if of_v else system.velocity(x, second)}
+            written = {name: [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in values]
+                       for name, values in begins.items()}  # fmt: skip
+        there = self.scene.with_values(x0=first.x[0].tolist(), **written)
+        return BoxScheme(there, self.rule).scene  # this checks the start
 
     @cached_property
     def runs(self) -> tuple[Trajectory, ...]:
