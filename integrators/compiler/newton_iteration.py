@@ -32,7 +32,7 @@ def newton(problem, w, kappa, scale, age):
             break
         status, kappa = judge(size, before, here, scale, kappa, count)
         if status == NOT_CONVERGED and count > 2 and size > before / 2:
-            if problem.still(problem, w):  # of small components, too
+            if problem.still(problem, w):  # nor is more left of small components
                 status, ended = OK, 0 < 1
         if status == OK and (fine or ended):
             break

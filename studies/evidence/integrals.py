@@ -41,7 +41,7 @@ def check_first_integrals(scheme: Any) -> None:
     Those of the attitude, or of the step, are not asked, nor those of a scene without equations.
     """
     scene = getattr(scheme, "scene", None)  # a lattice has none
-    if scene is None:
+    if scene is None or not _asked(scene):
         return
     try:
         said = _said(_OfScene(reads(scene), scheme))
@@ -51,12 +51,16 @@ def check_first_integrals(scheme: Any) -> None:
         raise BadInput(f"{scene.name}: {said}")
 
 
+def _asked(scene: Any) -> list[Any]:
+    return [q for q in scene.symmetries if getattr(q, "kind", "") == "first integral"
+            and not (q.attitude or q.of_step)]  # fmt: skip
+
+
 @lru_cache(maxsize=16)
 def _said(of: _OfScene) -> str:
-    asked = [q for q in of.scheme.scene.symmetries if getattr(q, "kind", "") == "first integral"
-             and not (q.attitude or q.of_step)]  # fmt: skip
-    motions = _motions(of.scheme) if asked else None
-    told = (_broken(of.scheme, quantity, *motions) for quantity in asked if motions)
+    if (motions := _motions(of.scheme)) is None:
+        return ""
+    told = (_broken(of.scheme, quantity, *motions) for quantity in _asked(of.scheme.scene))
     return next(filter(None, told), "")
 
 

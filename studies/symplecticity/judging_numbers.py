@@ -158,8 +158,7 @@ def _wrong(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
     of = "step" if worst.what == "jacobian" else f"run of {worst.steps} steps by {worst.by}"
     said = (
         f"its {worst.what} is not the derivative of its {of}: an entry is off by {off:.2g} of the "
-        f"motion, beyond every error of the differences, at step {rows[k].step:.3g}, "
-        f"t = {rows[k].time:.3g}."
+        f"motion, beyond every error of the differences, {at_step(case, rows[k])}."
     )
     return Verdict("fail", said, measured={worst.what: off})
 
@@ -259,7 +258,7 @@ def _volume(case: Case, rows: Sequence[OfNumbers]) -> Verdict | None:
         return None
     said = (
         f"volume is not kept: a step changes it by {volume.measured:.2g}, beyond every error of "
-        f"the differences, at step {rows[k].step:.3g}, t = {rows[k].time:.3g}."
+        f"the differences, {at_step(case, rows[k])}."
     )
     return Verdict("fail", said, measured={"volume": volume.measured})
 
