@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from html import unescape
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -29,9 +31,11 @@ LINE = 1.2  # of the size of type: the distance of matplotlib's lines
 LEAST = 1.2  # least width of axes in inches, in a figure with a requested width
 #: the fonts of a figure, and common fonts with the same widths for SVG text
 _FAMILIES = (
-    b"'STIXGeneral', 'DejaVu Serif'",
-    b"STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, 'DejaVu Serif', serif",
+    "'STIXGeneral', 'DejaVu Serif'",
+    "STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, 'Liberation Serif', Tinos, "
+    "'DejaVu Serif', serif",
 )
+_TEXT = re.compile(r'<text style="([^"]*)"([^>]*)>([^<]*)<')
 
 _RC: Any = {
     "svg.fonttype": "none",  # text stays text: it can be searched, edited and read aloud
@@ -133,7 +137,7 @@ def render(
     ]
     spoken = [panel.spoken for panel in panels]
     inline = inline_panels(files["svg"], cells, spoken, scales, definitions)
-    files["svg"] = files["svg"].replace(*_FAMILIES)
+    files["svg"] = _for_any_serif(files["svg"])
     return Drawing(files, inline, fitted.width, columns)
 
 
@@ -141,7 +145,33 @@ def files_of(figure: Figure) -> dict[str, bytes]:
     """Return a figure in our style as the files of a study's figure, by their endings."""
     with our_style():
         files = _files_of(figure, FORMATS)
-    return files | {"svg": files["svg"].replace(*_FAMILIES)}
+    return files | {"svg": _for_any_serif(files["svg"])}
+
+
+def _for_any_serif(svg: bytes) -> bytes:
+    """Return an SVG whose words fit where its reader has none of our fonts.
+
+    Each text says how wide it is in the font that it was laid out with: a viewer without that font
+    makes its letters narrower, in place of words that are cut at an edge.
+    """
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    def wide(match: re.Match[str]) -> str:
+        style, rest, words = match.groups()
+        font = FontProperties(
+            family=re.findall(r"font-family: ([^;]+)", style)[0].replace("'", "").split(", "),
+            style="italic" if "font-style: italic" in style else "normal",
+            weight=700 if "font-weight: 700" in style else 400,
+            size=float(re.findall(r"font-size: ([0-9.]+)px", style)[0]),
+        )
+        width = text_to_path.get_text_width_height_descent(unescape(words), font, False)[0]
+        return (
+            f'<text style="{style}"{rest} textLength="{width:.1f}" '
+            f'lengthAdjust="spacingAndGlyphs">{words}<'
+        )
+
+    return _TEXT.sub(wide, svg.decode()).replace(*_FAMILIES).encode()
 
 
 def _files_of(figure: Figure, formats: Sequence[str]) -> dict[str, bytes]:

@@ -346,6 +346,11 @@ def test_the_command_takes_labels_and_a_style(tmp_path, capsys):
     assert main([*asked, *look]) == 0
     svg = (tmp_path / "f" / "figures" / "order-16.svg").read_text("utf-8")
     assert "Mittelpunkt" in svg and "DejaVu Sans" in svg
+    # each word says its width, so that none is cut at an edge where a reader has other fonts
+    words = re.findall(r'start;[^>]* x="([\d.]+)"[^>]*textLength="([\d.]+)"', svg)
+    ends = [float(x) + float(width) for x, width in words]
+    edge = float(re.findall(r'width="([\d.]+)pt"', svg)[0])
+    assert ends and max(ends) <= edge and svg.count("<text") == svg.count("textLength")
     assert "Mittelpunkt & 1.9" in (tmp_path / "f" / "tables" / "order-paper.tex").read_text("utf-8")
     assert main([*asked, "--label", "midpoint"]) == 2
     assert main([*asked, "--style", str(tmp_path / "none")]) == 2
