@@ -64,7 +64,6 @@ class SceneInNumbers:
         self._double = isinstance(numbers, Double)
         self.t: Number = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
         self._clocked = s.clocked
-        self._closed = closed_velocity(s) is not None
 
     @property
     def t(self) -> Number:
@@ -142,7 +141,7 @@ class SceneInNumbers:
         if several(q, second):
             return self._at_once(what, q, second, t)
         function = _function(self._s, what, self._numbers)
-        solved = not self._closed and what in OF_VELOCITY
+        solved = _is_solved_for(self._s, what)
         if not solved and self._plain(q, q if second is None else second):
             rest = () if second is None else (second.tolist(),)
             return self._given(function(self._base(q, t), *rest, self._p))
@@ -160,7 +159,7 @@ class SceneInNumbers:
         if self._clocked:
             time = np.asarray(self.t if t is None else t, dtype=float)
             arguments[0].append(np.broadcast_to(time, (count,)))
-        if what in OF_VELOCITY and not self._closed:
+        if _is_solved_for(self._s, what):
             rows = (np.array(part).T.reshape(count, -1) for part in arguments)
             arguments.insert(1, list(self._solved(*rows).T))
         function = _function(self._s, what, self._numbers, True)
@@ -238,12 +237,22 @@ RANKS = {"H": 0, "tensor": 2, "constraint_jacobian": 2}
 
 
 @lru_cache(maxsize=512)
+def _is_solved_for(s: SceneSymbols, what: str) -> bool:
+    """Return True if a quantity contains ξ, and ξ(x, μ) has no closed form."""
+    if what not in OF_VELOCITY or closed_velocity(s) is not None:
+        return False
+    value = QUANTITIES[what](s)
+    letters = (sympy.Tuple(*value) if isinstance(value, list) else value).free_symbols
+    return not letters.isdisjoint(s.u)
+
+
+@lru_cache(maxsize=512)
 def _function(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
     """Return a quantity as a function of the letters that it asks for, and of the parameters."""
     letters, graph = {"x": s.x}, Graph()
     if what in OF_VELOCITY and (closed := closed_velocity(s)) is not None:
         graph.define(s.u, [graph.hold(e) for e in graph.column(closed)])
-    elif what in OF_VELOCITY or what == "momentum":
+    elif _is_solved_for(s, what) or what == "momentum":
         letters["u"] = s.u
     if what in OF_VELOCITY or what == "tensor":
         letters["mu"] = s.mu
@@ -267,7 +276,6 @@ class NumericScene(SceneInNumbers):
         self._scene, self._clocked, self.t = scene, False, 0.0
         with numbers.working():
             self._p = [numbers.number(v) for v in scene.parameter_values]
-        self._closed = True
         self._canonical = scene.groupoid.canonical
 
     def _slopes(self, q: Vector, p: Vector) -> tuple[Vector, Vector]:

@@ -33,6 +33,7 @@ PARTS = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("rate", [1e-3, -1e-3])
 def test_a_program_is_asked_beside_the_motion(part, rate):
@@ -43,6 +44,7 @@ def test_a_program_is_asked_beside_the_motion(part, rate):
     assert evidence.around[0] == 1024 and (len(evidence.places) > 4) == (part != "nowhere")
 
 
+@pytest.mark.dear("[0]")
 @pytest.mark.parametrize("rate", [0, 1e-3])
 def test_states_outside_the_domain_hide_no_fault_at_others(rate):
     """Of 1024 states drawn beside this motion some 170 would be faster than 1."""
