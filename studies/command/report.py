@@ -16,14 +16,14 @@ from discmech.integrators.numbers import flatten
 
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
-from ..core.family import of_each_kind, same_steps, step_text
+from ..core.family import FAMILY, met_in_turn, of_each_kind, same_steps, step_text
 from ..core.fingerprint import of_views
 from ..core.history import History
 from ..core.plan import Plan
 from ..core.running import run_plan
 from ..core.side_by_side import answer
 from ..core.store import Store
-from ..core.study import every_study, known_study
+from ..core.study import Study, every_study, known_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
@@ -37,6 +37,10 @@ WORTH_DRAWING_TOGETHER = 60
 FEW = (
     "More digits than a double's are for one scene of each kind here, by one of the simple rules; "
     "the command of the study, and `make report-all`, take them for every scene and rule."
+)
+IN_TURN = (
+    "Every simple rule is measured on one scene of each kind and on those that race, one rule in "
+    "turn on each of the others: {}. The command of the study, and `make report-all`, take all."
 )
 
 
@@ -67,20 +71,19 @@ def make_report(
 
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
-    if few := whole and not bench and not choice.thorough:
-        same = same_steps(choice.pairs(), partial(answer, step_text, store))
-        choice = replace(choice, own=(*choice.own, ("not_meant", tuple(same))))
-        choice = replace(choice, own=(*choice.own, ("few", of_each_kind(choice.pairs()))))
     studies = [study for study in every_study().values()
                if (bench or not study.of_the_bench)
                and (study.usual or (study.of_the_bench and whole))]  # fmt: skip
+    if few := whole and not bench and not choice.thorough:
+        same = same_steps(choice.pairs(), partial(answer, step_text, store))
+        choice, turns = chosen_of_all(studies, choice, same)
     plan = Plan.of_those_that_apply(studies, choice)
     results, equations = run_plan(plan, progress, store=store, jobs=jobs, also=equations_of)
     results = [replace(result, command=asked(result.study))  # with the choice
                if result.command == f"discmech {result.study}" else result
                for result in results]  # fmt: skip
     if few:
-        results = [replace(result, notes=[*result.notes, *left_out(result, same)])
+        results = [replace(result, notes=[*result.notes, *left_out(result, same, turns)])
                    for result in results]  # fmt: skip
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in plan.pairs}
@@ -100,9 +103,34 @@ def make_report(
     return results, page
 
 
-def left_out(result: StudyResult, same: Mapping[tuple[str, str], str]) -> list[str]:
+def chosen_of_all(
+    studies: Sequence[Study], choice: Choice, same: Mapping[tuple[str, str], str]
+) -> tuple[Choice, dict[str, str]]:
+    """Return what the report measures of everything, and scene ↦ its only rule.
+
+    same: (scene, rule) of a step that an earlier rule has there.
+    """
+    from ..work_precision.measuring import RACED
+
+    own = (*choice.own, ("not_meant", tuple(same)))
+    plan = Plan(studies, replace(choice, own=own))
+    known = {(scene.name, rule.name): (scene, rule) for scene, rule in plan.pairs}
+    asked = ([known[place] for c in cases if (place := (c.scene.name, c.rule.name)) in known]
+             for cases in plan.cases)  # fmt: skip
+    turns = met_in_turn(plan.pairs, asked, (*FAMILY, *RACED))
+    elsewhere = [(scene, rule) for scene, rule in known if turns.get(scene, rule) != rule]
+    own = (*choice.own, ("not_meant", (*same, *elsewhere)))
+    few = of_each_kind(replace(choice, own=own).pairs())
+    return replace(choice, own=(*own, ("few", few))), turns
+
+
+def left_out(
+    result: StudyResult, same: Mapping[tuple[str, str], str], turns: Mapping[str, str]
+) -> list[str]:
     """Return sentences about what is not measured of all scenes by all rules."""
     sentences = [FEW] if any(case.digits > 16 for case in result.cases) else []
+    if once := turns.keys() & {case.scene for case in result.cases}:
+        sentences.append(IN_TURN.format(", ".join(filter(once.__contains__, turns))))
     shown = {(case.scene, case.rule) for case in result.cases}
     for first in dict.fromkeys(same.values()):
         pairs = [pair for pair, one in same.items() if one == first and (pair[0], first) in shown]

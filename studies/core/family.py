@@ -1,4 +1,4 @@
-"""What is measured of each kind of scene if nothing is chosen: rules of orders 4 to 8, 50 digits.
+"""What is measured of each kind of scene if nothing is chosen: all rules, orders 4 to 8, 50 digits.
 
 The built-in rules are of order 1 and 2, except `imex`; beside them, at 50 digits, are rules that
 are used for accuracy. Runs are short, for a step costs as much as its order.
@@ -7,7 +7,7 @@ are used for accuracy. Runs are short, for a step costs as much as its order.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from discmech.integrators import Scene, Scheme
@@ -37,29 +37,62 @@ KEPT = {
 
 
 def of_each_kind(pairs: Iterable[Pair]) -> frozenset[tuple[str, str]]:
-    """Return (scene, rule) of each kind of scene: of groupoid, and of what the equations contain.
+    """Return (scene, rule) of each kind of scene: the rules take turns.
 
-    These the report measures in more digits than a double has; the rules take turns. The single
-    steps of every case are of 50 digits, so that other runs of a kind show nothing more in them.
+    These the report measures in more digits than a double has. The single steps of every case are
+    of 50 digits, so that other runs of a kind show nothing more in them.
+    """
+    rules, kinds = _by_kind(pairs)
+    turns = _in_turn(rules, [scenes[0] for scenes in kinds])
+    return frozenset(turns.items())
+
+
+def met_in_turn(
+    pairs: Sequence[Pair], studies: Iterable[Sequence[Pair]], whole: Iterable[str]
+) -> dict[str, str]:
+    """Return scene ↦ the rule that alone the report measures there, of rules that take turns.
+
+    The scenes that `whole` names are measured by every rule, and so is one of each kind that a
+    study asks, of which pairs are given: what a rule does on a kind of scene is seen there, and
+    what is hard in another scene by any rule. That a rule has its order and keeps form and momenta
+    for every Lagrangian is proven beside.
+    """
+    all_rules = {*whole}
+    for asked in (pairs, *studies):
+        kinds = _by_kind(asked)[1]
+        all_rules |= {scenes[0] for scenes in kinds if all_rules.isdisjoint(scenes)}
+    rules, kinds = _by_kind(pairs)
+    others = [name for scenes in kinds for name in scenes if name not in all_rules]
+    return _in_turn(rules, [name for name in others if len(rules[name]) > 1])
+
+
+def _by_kind(pairs: Iterable[Pair]) -> tuple[dict[str, list[str]], list[list[str]]]:
+    """Return the rules of each scene; scenes by kind: of groupoid, and of what equations contain.
+
+    The cheapest scene of a kind, where one is known, is its first.
     """
     rules: dict[str, list[str]] = {}
-    kinds: dict[tuple[object, ...], str] = {}
+    kinds: dict[tuple[object, ...], dict[str, None]] = {}
     for scene, rule in sorted(pairs, key=lambda pair: pair[0].name not in FAMILY):
         rules.setdefault(scene.name, []).append(rule.name)
         parts = (scene.force, scene.fast, scene.one_form, scene.hamiltonian,
                  scene.discrete_lagrangian)  # fmt: skip
         kind = (type(scene.groupoid), *(part is None for part in parts), bool(scene.holonomic),
                 bool(scene.nonholonomic), scene.timed)  # fmt: skip
-        kinds.setdefault(kind, scene.name)
+        kinds.setdefault(kind, {})[scene.name] = None
+    return rules, [list(scenes) for scenes in kinds.values()]
+
+
+def _in_turn(rules: Mapping[str, Sequence[str]], scenes: Iterable[str]) -> dict[str, str]:
+    """Return scene ↦ the rule used least so far; one that few scenes can have comes first."""
     known = Counter(rule for names in rules.values() for rule in names)
     used = Counter[str]()
-    picks = set[tuple[str, str]]()
-    for name in kinds.values():
-        # a rule that few scenes can have comes first
+    turns = {}
+    for name in scenes:
         turn = min(rules[name], key=lambda one: (used[one], known[one]))
         used[turn] += 1
-        picks.add((name, turn))
-    return frozenset(picks)
+        turns[name] = turn
+    return turns
 
 
 def step_text(scheme: Scheme) -> str:

@@ -12,13 +12,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from discmech.integrators import StepFailure, scenes
+from discmech.integrators import StepFailure, rules, scenes
 from discmech.studies import NAMES as ALL
 from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, Verdict
-from discmech.studies.core.family import of_each_kind, same_steps, step_text
+from discmech.studies.core.family import same_steps, step_text
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.side_by_side import answer
 from discmech.studies.core.study import every_study
@@ -106,7 +106,7 @@ def test_a_case_that_fails_is_marked_and_the_exit_code_says_so(made):
 
 
 def test_a_report_of_everything_leaves_out_digits_and_no_method():
-    """Whatever is measured of a study, a scene and a rule that makes steps of its own.
+    """Each study runs each rule on each kind of groupoid, unless its step is that of another.
 
     Each kind of scene and each simple rule is run at 50 digits.
     """
@@ -114,13 +114,24 @@ def test_a_report_of_everything_leaves_out_digits_and_no_method():
     same = same_steps(Choice().pairs(), partial(answer, step_text, None))
     assert {rule for _, rule in same} == {"midpoint", "trapezoidal"}
     assert {*same.values()} == {"rectangle"} and ("suslov", "midpoint") in same
-    own = (("not_meant", tuple(same)), ("few", of_each_kind(Choice().pairs())))
+    some, turns = report.chosen_of_all(studies, Choice(), same)
     whole, few = (
-        [case for _, case in Plan.of_those_that_apply(studies, Choice(own=one)).places()]
-        for one in ((), own)
+        [case for _, case in Plan.of_those_that_apply(studies, one).places()]
+        for one in (Choice(), some)
     )
     ran, of_few = ({(c.study, c.scene.name, c.label) for c in cases} for cases in (whole, few))
-    assert of_few < ran and {(scene, rule) for _, scene, rule in ran - of_few} <= {*same}
+    apart = {(scene, rule) for _, scene, rule in ran - of_few} - {*same}
+    assert of_few < ran and {scene for scene, _ in apart} == {*turns}
+    assert all(rule in rules.BUILT_IN and rule != turns[scene] for scene, rule in apart)
+    shown = [SimpleNamespace(scene=c.scene.name, rule=c.label, digits=c.digits)
+             for c in few if c.study == "momentum"]  # fmt: skip
+    (said,) = (s for s in report.left_out(SimpleNamespace(cases=shown), same, turns) if "turn" in s)
+    assert "outer-solar-system" in said and "henon-heiles" not in said and "kepler" not in said
+    ran, of_few = (
+        {(c.study, type(c.scene.groupoid), c.label) for c in cases
+         if (c.scene.name, c.label) not in same} for cases in (whole, few)
+    )  # fmt: skip
+    assert ran == of_few
     for part in (lambda case: type(case.scene.groupoid), lambda case: case.rule.name):
         ran, of_few = ({part(c) for c in cases if c.digits == 50} for cases in (whole, few))
         assert ran == of_few
