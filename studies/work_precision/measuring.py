@@ -25,7 +25,7 @@ from . import STUDY
 NAME = "work-precision"
 NEEDS = "it needs a Lagrangian without constraints, and double precision."
 DIGITS = (16,)
-BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing per method; factor if thorough
+BUDGET, LONG_BUDGET, THOROUGH = 0.06, 0.2, 100  # seconds of timing per method; factor if thorough
 #: scenes that race unless some are chosen: each kind of groupoid, two bodies, and stiff springs
 RACED = ("pendulum", "kepler", "fpu", "rigid-body", "heavy-top", "rotor-body")
 LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the report's long race
