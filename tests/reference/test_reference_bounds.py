@@ -48,6 +48,7 @@ def overshoot(equations, times, settings):
     return worst, largest
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
 @pytest.mark.parametrize("rate", FUNCTIONS, ids=str)
 def test_bounds_hold_for_every_operation(rate, settings):

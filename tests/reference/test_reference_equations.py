@@ -142,6 +142,7 @@ MASS = sympy.Matrix([[A, 2, B, 1], [2, B, 5, C], [B, 5, A + C, 0], [1, C, 0, 0]]
 FORCE = sympy.Matrix([A * B, 3, C, -A])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("velocities", [4, 3])
 @pytest.mark.parametrize("start", [(0, 1, 0), (1, 9, -2), (9, 1, 2), (1, -3, 9), (5, 5, 5)])
 def test_the_eliminated_rates_solve_the_system(start, velocities):

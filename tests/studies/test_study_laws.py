@@ -302,6 +302,7 @@ def test_a_name_makes_no_scene_of_a_user_ours(study):
         assert asked(scene, name) == asked(scene, "mine"), name
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("steps", [None, 32])
 @pytest.mark.parametrize("study", NAMES)
 def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):

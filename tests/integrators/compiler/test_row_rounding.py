@@ -52,6 +52,7 @@ def pendulum(away, expanded):
     )  # fmt: skip
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 20])
 @pytest.mark.parametrize(
     ("away", "expanded"), [(30_000, False), (3_000_000, False), (300, True), (30_000, True)]

@@ -53,6 +53,7 @@ def test_a_map_that_leaves_the_numbers_says_where(steps, every, digits):
     assert np.isfinite(np.array(e.value.state["x"], dtype=float)).all()
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", [midpoint, gauss(2), rules.get("triple-jump:midpoint")],
                          ids=lambda r: r.name)  # fmt: skip
 @pytest.mark.parametrize("every", [1, 20, 1000])

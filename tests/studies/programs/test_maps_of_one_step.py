@@ -111,6 +111,7 @@ JUMPS = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", JUMPS)
 @pytest.mark.parametrize("degrees", [1, 2])
 def test_a_jump_is_along_its_surface_or_across(name, degrees):

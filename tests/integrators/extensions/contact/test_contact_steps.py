@@ -15,6 +15,7 @@ from discmech.studies.contact.laws import defects, energies
 from tests.integrators.extensions.contact.motions import BALL, run, scheme
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 @pytest.mark.parametrize("name", [
     "falling-stick",

@@ -187,6 +187,7 @@ def rounded(t, form):
     return t.astype(np.float32).astype(float) if form == "single" else np.round(t, form)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("form", ["single", 3, 6])
 @pytest.mark.parametrize("interval", [0.1, 0.00625, np.pi / 100])
 def test_rounded_times_are_even_as_far_as_their_rounding_allows(tmp_path, form, interval):
