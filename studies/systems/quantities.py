@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,6 +29,7 @@ from discmech.integrators.numbers import (
     sympy,
     with_running_errors,
 )
+from discmech.integrators.numbers.types import Function
 
 from .runs import of_states
 
@@ -92,11 +94,17 @@ def change(
 
 def _slopes(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> list[np.ndarray]:
     """Return ∂J/∂x and ∂J/∂μ at each site, (k, n, N) and (k, m, N)."""
-    (s, p, _), entries = scheme.terms[0], entries_of(scheme, part)
+    p = scheme.terms[0][1]
+    return of_all(_slopes_of(scheme, part), len(x), list(x.T), list(mu.T), p)
+
+
+@lru_cache(maxsize=8)
+def _slopes_of(scheme: Any, part: Part) -> Function:
+    """Return ∂J/∂x and ∂J/∂μ as a function of columns of x, μ and the parameters of a site."""
+    s, entries = scheme.terms[0][0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     slopes = [jacobian(entries, list(e)) for e in (s.x, s.mu)]
-    f = numeric(letters, slopes, NUMBERS, columns=True)
-    return of_all(f, len(x), list(x.T), list(mu.T), p)
+    return numeric(letters, slopes, NUMBERS, columns=True)
 
 
 def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> float:
@@ -150,27 +158,19 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
     (`_apart`): bonds of the largest forces, for a wave may be on a few bonds alone, and bonds from
     end to end. It is doubled, for kernels add and multiply in another order.
     """
-    (s, p, pairs), lattice = scheme.terms[1], scheme.lattice
-    force = natural_structure(s, s.x)[0].T * jacobian([s.lagrangian], s.x).T
-    force = force.xreplace(dict.fromkeys(s.u, 0))  # a force without velocities
-    kinds = [({"x": s.x}, list(force), [x[pairs].reshape(len(pairs), -1)])]
+    (_, p, pairs), lattice = scheme.terms[1], scheme.lattice
+    rows = [x[pairs].reshape(len(pairs), -1)]
+    kinds = [rows]
     if multipliers is not None and multipliers.shape[1]:
-        A = constraint_matrix(s, s.x)
-        letters = {"x": s.x, "la": vector("la", A.rows)}
-        kinds.append((letters, list(A.T * letters["la"]), [*kinds[0][2], multipliers]))
+        kinds.append([*rows, multipliers])
     squares = np.zeros((lattice.sites, lattice.groupoid.dim_u))
     even = np.linspace(0, len(pairs) - 1, SAMPLE // 2).astype(int)
-    for letters, values, rows in kinds:
-        arguments = {**letters, "h": s.h, "p": s.parameter_list}
-        common, own = _apart(values)
-        f = numeric(arguments, [values, [e for _, e in common] or [s.h]], NUMBERS, columns=True)
+    for (f, with_errors), rows in zip(_forces_of(scheme), kinds, strict=False):
         forces, shared = (
             np.broadcast_to(e.reshape(len(e), -1), (len(e), len(pairs)))
             for e in f(*(list(row.T) for row in rows), 1.0, p)
         )
-        text = numeric_text({**arguments, "c": [c for c, _ in common] or [sympy.Dummy()]}, [own])
-        with_errors, of_errors = with_running_errors(text, NUMBERS), 0.0
-        largest = np.argsort((forces**2).sum(axis=0))[-SAMPLE // 2 :]
+        of_errors, largest = 0.0, np.argsort((forces**2).sum(axis=0))[-SAMPLE // 2 :]
         some = np.union1d(even, largest)
         for k in some:
             at = [row[k] for row in (*rows, shared.T)]
@@ -181,6 +181,31 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
         share = 4 * of_errors / size if size else 0.0
         np.add.at(squares, pairs, (share * forces.T**2).reshape(len(pairs), 2, -1))
     return squares
+
+
+@lru_cache(maxsize=8)
+def _forces_of(scheme: Any) -> list[tuple[Function, Function]]:
+    """Return the force of a bond without velocities, and that of constraints if there are any.
+
+    Each is a function of columns that gives the force and what is common to both ends, and one of a
+    bond's numbers and these that gives its running error.
+    """
+    s = scheme.terms[1][0]
+    force = natural_structure(s, s.x)[0].T * jacobian([s.lagrangian], s.x).T
+    kinds = [({"x": s.x}, list(force.xreplace(dict.fromkeys(s.u, 0))))]
+    if scheme.lattice.constraint is not None:
+        A = constraint_matrix(s, s.x)
+        letters = {"x": s.x, "la": vector("la", A.rows)}
+        kinds.append((letters, list(A.T * letters["la"])))
+    made = []
+    for letters, values in kinds:
+        arguments = {**letters, "h": s.h, "p": s.parameter_list}
+        common, own = _apart(values)
+        shared = [e for _, e in common] or [s.h]
+        f = numeric(arguments, [values, shared], NUMBERS, columns=True)
+        text = numeric_text({**arguments, "c": [c for c, _ in common] or [sympy.Dummy()]}, [own])
+        made.append((f, with_running_errors(text, NUMBERS)))
+    return made
 
 
 def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
