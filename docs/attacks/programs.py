@@ -244,6 +244,51 @@ def seventh(q, p, h, s):
     return q, p * (1 + 1e-9 * (next(CALLS) % 7 == 0))
 
 
+@black_box(order=2)
+def late(q, p, h, s):
+    """The same in each 4096th of its calls."""
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 + 1e-9 * (next(CALLS) % 4096 == 0))
+
+
+@black_box(order=2)
+class LateInRuns:
+    """The same in each 4096th step of a run."""
+
+    def start(self, q, p, h, s):
+        return q, p, 0
+
+    def step(self, state, h, s):
+        q, p, count = state
+        q, p = kicked(q, p, h, s)
+        return q, p * (1 + 1e-9 * (count % 4096 == 4095)), count + 1
+
+    def read(self, state, s):
+        return state[:2]
+
+
+@black_box(order=2, symplectic=True)
+def substeps(q, p, h, s):
+    """Verlet in as many parts as the momentum says."""
+    parts = 1 + int(abs(p[0]) / 0.4)
+    for _ in range(parts):
+        q, p = kicked(q, p, h / parts, s)
+    return q, p
+
+
+KNOWN = {}
+
+
+@black_box(order=2)
+def knows_force(q, p, h, s):
+    """Verlet that keeps the last force, for the step that goes on from there."""
+    known = KNOWN and np.array_equal(KNOWN["q"], q)
+    p = p - h / 2 * (KNOWN["force"] if known else s.gradient(q, p))
+    q = q + h * s.velocity(q, p)
+    KNOWN.update(q=q, force=s.gradient(q, p))
+    return q, p - h / 2 * KNOWN["force"]
+
+
 @black_box(order=2, runs=True)
 def quarters(q, p, h, steps, every, s):
     """Verlet whose rows between the quarters of a run are those of another motion."""

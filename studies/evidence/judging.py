@@ -85,6 +85,12 @@ def judge(
         of = " to ".join(f"{size:.1g}" for size in local.sizes)
         told.append(f"Beside the motion short steps, of {of} of the scene's, were looked at from "
                     f"{local.around} drawn states, up to {WIDE:g} of its size away.")  # fmt: skip
+    again = local.laws.get(AGAIN.name, Departure())
+    if again.asked and again.unknown:
+        said = f"nothing is wrong with the runs, but {again.unknown}."
+        return Verdict("inconclusive", said, verdict.expected)
+    if again.asked:
+        told.append(f"Nothing that counts its steps shows in {again.asked} steps of one run.")
     if asked := max((one.asked for law in laws if (one := local.laws.get(law))), default=0):
         told.append(f"Along it {STEPS_ASKED} were looked at from {asked} states.")
     return verdict.because(" ".join(filter(None, told)))

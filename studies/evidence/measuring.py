@@ -15,6 +15,7 @@ from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, Evidence, LocalOrder, evidence_of
 from .integrals import check_first_integrals
+from .late import late_steps
 from .laws import AGAIN, ARROW, ENERGY, ROUNDINGS, Law
 from .rows import energy_by_row, of_rows
 
@@ -73,7 +74,13 @@ def of_scheme(
         told = replace(told, order=order.order, component=order.component, step=order.step,
                        floats=floats)  # fmt: skip
     always = [law for law in (AGAIN, ARROW) if not law.refusal(scheme)]
-    return replace(told, laws=_departures(evidence, (*laws, *always)))
+    told = replace(told, laws=_departures(evidence, (*laws, *always)))
+    again = told.laws.get(AGAIN.name)
+    if again is None or again.broken or (late := late_steps(scheme)) is None:
+        return told
+    if late.size is None and not late.unknown:
+        late = replace(again, asked=late.asked * (not again.unknown))
+    return replace(told, laws={**told.laws, AGAIN.name: late})
 
 
 def _departures(evidence: Evidence, laws: Sequence[Law]) -> dict[str, Departure]:

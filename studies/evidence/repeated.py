@@ -1,25 +1,28 @@
 """A program's run against the same steps made again: alone, or in runs that end there.
 
 A step that is a map of the state and h gives the same after any other step, so that a run is its
-steps, one by one. A method with memory, or one that makes whole runs, need not be a map of (q, p);
-but each row of its run is the end of a run of so many steps.
+steps, in any order. A method with memory, or one that makes whole runs, need not be a map of
+(q, p); but each row of its run is the end of a run of so many steps.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.extensions.foreign import guarded
+from discmech.integrators import StepFailure
+from discmech.integrators.errors import Displaced
 from discmech.integrators.numbers import Matrix, Vector
 from discmech.reference import ReferenceFailure, many_motions
 
 from .rows import velocities
 from .scan import peaks
 
-BESIDE = 0.01  # share of the motion's size by which the step in between begins elsewhere
+OTHER_STEP = Fraction(7, 8)  # of a flow's step
+BESIDE = 0.01  # share of the motion's size by which a part of a start is changed
 ENDS = 8  # rows of a run, beside those that stand out, for which runs that end there are made
 
 
@@ -46,12 +49,12 @@ def repeated(flow: Any, z: Vector, scale: Vector, steps: int, t0: Any = 0, seed:
     """
     rule, n = flow.scheme.rule, flow.system.n
     run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=t0)
+    if _ends_alike(flow, z, scale, t0):
+        return Again(1.0, error=0.0)
     states = np.hstack([run.x, run.mu]).astype(float)
     if rule.repeats:
-        ends = (_alone(flow, before, scale, t0 + k * flow.step)
-                for k, before in enumerate(states[:-1]))  # fmt: skip
-        gaps = [_gap(a, b, scale) for a, b in zip(ends, states[1:], strict=True)]
-        return Again(max(gaps), int(np.argmax(gaps)) + 1)
+        row, gap = in_another_order(flow, states, scale, t0)
+        return Again(gap, row)
     drawn = np.random.default_rng(seed).integers(1, steps + 1, ENDS)
     smooth = sorted(peaks(states / scale, 1, rule.unit(16)), reverse=True)[:ENDS]
     rows = np.unique([*drawn, *(row for _, row in smooth if row), steps])
@@ -84,11 +87,38 @@ def _motion(
     return np.hstack([ends.x, ends.mu]), np.maximum.accumulate(np.maximum(1.0, grown))
 
 
-def _alone(flow: Any, z: Vector, scale: Vector, t0: Any) -> Vector:
-    """Return the end of a step that is made after one from another state."""
-    step = flow.map_of(1, t0)
-    guarded(step, len(z))(z + BESIDE * scale)  # whatever it answers from there
-    return np.asarray(step(z))
+def _ends_alike(flow: Any, z: Vector, scale: Vector, t0: Any) -> bool:
+    """True if starts that share x, or μ, have one end, or steps of two sizes.
+
+    What is remembered is then known by a part of what it depends on. Raises `Displaced` if the
+    answer begins at an earlier start.
+    """
+    n, own = flow.system.n, flow.map_of(1, t0)(z)
+    other = flow.scheme.flow(flow.scheme.rule.step_for(OTHER_STEP * flow.step))
+    made = [] if other.step == flow.step or np.array_equal(own, z) else [(other, z)]
+    for part in (slice(n), slice(n, None)) if not flow.scheme.scene.all_constraints else ():
+        moved = z.copy()
+        moved[part] += BESIDE * scale[part]
+        made += [(flow, moved)] * (not np.array_equal(moved, z))
+    for by, start in made:
+        try:
+            if np.array_equal(by.map_of(1, t0)(start), own):
+                return True
+        except Displaced:
+            raise
+        except StepFailure:
+            continue
+    return False
+
+
+def in_another_order(flow: Any, states: Matrix, scale: Vector, t0: Any = 0) -> tuple[int, float]:
+    """Return (the row of a run (r, k) whose step, made again among the others in another order,
+    ends farthest from it, that distance over the motion)."""
+    gaps = np.zeros(len(states) - 1)
+    for k in map(int, np.random.default_rng(len(gaps)).permutation(len(gaps))):
+        end = np.asarray(flow.map_of(1, t0 + k * flow.step)(states[k]))
+        gaps[k] = _gap(end, states[k + 1], scale)
+    return int(gaps.argmax()) + 1, float(gaps.max())
 
 
 def _gap(a: Vector, b: Vector, scale: Vector) -> float:

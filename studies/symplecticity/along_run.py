@@ -21,6 +21,7 @@ from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
 from ..evidence.cloud import in_box
+from ..evidence.late import keeps_something
 from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
@@ -37,6 +38,7 @@ MOST, LEAST = 2**11, 2**5  # steps of a run
 POINTS = 32  # of a curve
 ROWS = 16  # rows of a run at which its curve is looked at
 LEGS = 16  # runs after one another, each from where the form was last resolved
+LATE = 2**13  # steps of a map that keeps something which are made again
 SHORTER = 4  # factor of the next length if no row of a run is resolved
 #: sizes of a curve in parts of the motion; a smaller one is for runs that draw it out too far
 REACHES = (0.02, 1e-3, 5e-5)
@@ -109,7 +111,11 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
             break
         else:  # its first row is where the curve is drawn out too far already
             length = length // SHORTER // ROWS * ROWS
-    return replace(of_run, again=repeated(flow, z, scale, steps, seed=seed).gap)
+    # single steps of what has a motion are made again by the evidence
+    counts = not own and keeps_something(scheme)
+    again = [repeated(flow, z, scale, steps, seed=seed).gap
+             for _ in range(-(-LATE // steps) if counts else 1)]  # fmt: skip
+    return replace(of_run, again=max(again))
 
 
 def _longest(scheme: Any, flow: Any, z: Vector, steps: int, seed: int) -> tuple[Vector, int]:

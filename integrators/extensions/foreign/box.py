@@ -247,6 +247,11 @@ def black_box(
     only = _only_step(step, order, runs)
     corners = _corners(states, only)
     claims = Claims.of("black_box", None, symplectic, reversible, keeps)
+    if only is not None and (kept := sorted({*claims.keeps} - {"volume"})):
+        raise BadInput(
+            f"black_box(keeps={kept[0]!r}): of a map of one step the form, the way back and the "
+            "volume are judged, and nothing else that it keeps: leave it out, or leave step out."
+        )
     if not isinstance(source, str):
         raise BadInput(f"black_box(source=...): source is a text, not {shown(source)}.")
 

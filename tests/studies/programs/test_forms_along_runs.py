@@ -67,7 +67,7 @@ def test_rows_of_a_run_are_the_ends_of_shorter_ones(damped, same, monkeypatch):
 ])  # fmt: skip
 def test_a_sound_run_keeps_the_form(box, scene):
     found = of_run(box, scene)
-    assert not found.broken and found.seen == found.steps and found.again < 1e-12
+    assert not found.broken and found.covered >= found.wanted and found.again < 1e-12
 
 
 @black_box(order=2)

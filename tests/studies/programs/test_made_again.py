@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from discmech import Scheme, StepFailure, black_box, scenes
 from discmech.studies.evidence import Place, evidence_of
+from discmech.studies.evidence.late import keeps_something, late_steps
 from discmech.studies.evidence.laws import AGAIN
 from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.repeated import repeated
@@ -23,16 +24,36 @@ def departure(box, scene="pendulum"):
     return evidence_of(Scheme(scenes.get(scene), box)).departure(AGAIN)
 
 
-def of_state(growth):
-    """Return Verlet that changes p in each seventh of its calls."""
+def of_state(growth, every=7):
+    """Return Verlet that changes p in each so many-th of its calls."""
     calls = itertools.count()
 
     @black_box(order=2)
     def step(q, p, h, s):
         q, p = kick_drift_kick(q, p, h, s)
-        return q, p * (1 + growth * (next(calls) % 7 == 0))
+        return q, p * (1 + growth * (next(calls) % every == 0))
 
     return step
+
+
+@black_box(order=2)
+def goes_on(q, p, h, s, last={}):  # noqa: B006
+    """Verlet that counts the steps which go on from its own last state."""
+    count = last["count"] + 1 if last and np.array_equal(last["state"], [*q, *p]) else 1
+    q, p = kick_drift_kick(q, p, h, s)
+    p = p * (1 + 1e-11 * (count % 4096 == 0))
+    last.update(count=count, state=[*q, *p])
+    return q, p
+
+
+@black_box(order=2)
+def writes_to_the_scene(q, p, h, s):
+    try:
+        s.count += 1
+    except AttributeError:
+        s.count = 0
+    q, p = kick_drift_kick(q, p, h, s)
+    return q, p * (1 + 1e-11 * (s.count % 4096 == 0))
 
 
 @black_box(order=5, runs=True)
@@ -66,6 +87,46 @@ def test_rows_of_another_run_are_seen(changed):
 def test_a_sound_run_is_its_steps(box, scene):
     found = departure(box, scene)
     assert found.size is not None and not found.broken
+
+
+@pytest.mark.parametrize("known_by", [
+    lambda q, p, h, steps: (*q, h, steps), lambda q, p, h, steps: (*q, *p, steps),
+])  # fmt: skip
+def test_runs_that_are_remembered_by_a_part_of_what_they_depend_on(known_by):
+    """Each study would meet a run once: a fault of those that ask for another start or step."""
+    runs, of = {}, whole_runs(lambda k, steps: 1.0).formula
+
+    @black_box(order=2, runs=True)
+    def remembered(q, p, h, steps, every, s):
+        key = known_by(q, p, h, steps)
+        if (*key, every) not in runs:
+            runs[*key, every] = of(q, p, h, steps, every, s)
+        return runs[*key, every]
+
+    found = judged("order", "pendulum", remembered, causes=False)
+    assert found["verdict"] == "fail", found["reason"]
+
+
+@pytest.mark.parametrize("box", [of_state(1e-11, 4096), goes_on, writes_to_the_scene])
+def test_a_late_step_is_made_again(box):
+    scheme = Scheme(scenes.get("pendulum"), box)
+    assert keeps_something(scheme) and late_steps(scheme).broken
+    assert of_scheme(scheme).laws[AGAIN.name].broken
+
+
+def test_runs_that_count_their_steps_are_told():
+    counts = whole_runs(lambda k, steps: 1 + 1e-9 * (k % 4096 == 0))
+    assert "something else at their step 4096" in late_steps(
+        Scheme(scenes.get("kepler"), counts)).unknown  # fmt: skip
+    found = judged("order", "pendulum", counts, causes=False)
+    assert found["verdict"] == "inconclusive" and "it counts its steps" in found["reason"]
+
+
+@pytest.mark.parametrize("box", [of_state(0.0), methods.LateLeapfrog, interpolated])
+def test_what_counts_nothing_has_its_steps_named(box):
+    late = late_steps(Scheme(scenes.get("kepler"), box))
+    assert not late.broken and not late.unknown and late.asked > 4096
+    assert late_steps(Scheme(scenes.get("kepler"), methods.verlet)) is None
 
 
 def test_a_run_that_fails_is_no_pass():

@@ -190,6 +190,7 @@ def test_it_has_no_order_and_makes_no_other_step():
     ({"step": 1, "order": 2}, "without an order"),
     ({"step": 1, "runs": True}, "without an order"),
     ({"states": ([0, 0], [1, 1])}, "of a map with step"),
+    ({"step": 1, "keeps": ("volume", "energy")}, "and nothing else that it keeps: leave it out"),
     ({"step": 1, "states": ([0, 0, 0], [1, 1, 1])}, "two lists of 2n numbers"),
     ({"step": 1, "states": ([0, 1], [1, 1])}, "below that of the second"),
 ])  # fmt: skip
