@@ -138,6 +138,11 @@ class Composition(Discretisation):
         """The base."""
         return self.base
 
+    @property
+    def asks_lagrangian(self) -> bool:  # type: ignore[override]
+        """True if the base is in values of a Lagrangian."""
+        return self.base.asks_lagrangian
+
     def applies(self, scene: Scene) -> bool:
         """Return True if the base can be used."""
         return self.base.applies(scene)

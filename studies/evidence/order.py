@@ -214,17 +214,9 @@ def names_of(exact: ExactState) -> list[str]:
 
 
 def at_place(
-    scheme: Scheme,
-    place: Place,
-    flows: Sequence[Flow],
-    digits: int,
-    unclear: Sequence[Any] = (),
-    halved: bool = False,
+    scheme: Scheme, place: Place, flows: Sequence[Flow], digits: int
 ) -> list[ComponentOrder]:
-    """Return the local order of each component at one place, from the flows of two steps.
-
-    unclear, halved: as of `orders`.
-    """
+    """Return the local order of each component at one place, from the flows of two steps."""
     made = {flow.step: flow for flow in flows}
 
     def errors(steps: Sequence[Fraction]) -> list[list[StepError]]:
@@ -233,7 +225,7 @@ def at_place(
                 for step, end in zip(steps, ends, strict=True)]  # fmt: skip
 
     steps = [flow.step for flow in flows]
-    return orders(scheme.order or 2, place, steps, errors, digits, unclear, halved)
+    return orders(scheme.order or 2, place, steps, errors, digits)
 
 
 def orders(
@@ -242,25 +234,21 @@ def orders(
     steps: Sequence[Fraction],
     errors: Callable[[Sequence[Fraction]], list[list[StepError]]],
     digits: int,
-    unclear: Sequence[Any] = (),
     halved: bool = False,
 ) -> list[ComponentOrder]:
     """Return the local order of each component at one place, from the errors of two steps.
 
-    unclear: other possible errors of each component, as a part of the step. An order that is below
-    the expected one and no whole number is measured again, from a step between the two to the
-    shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
+    An order that is below the expected one and no whole number is measured again, from a step
+    between the two to the shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
     both = errors(steps)
     components = []
     with mpmath.workdps(digits + GUARD):
         ratio = mpmath.log(mpmath.mpf(steps[0].numerator) / steps[0].denominator
                            * steps[1].denominator / steps[1].numerator)  # fmt: skip
-        parts = unclear or [0] * len(both[0])
-        for (name, large, _), (_, small, left), part in zip(*both, parts, strict=True):
+        for (name, large, _), (_, small, left) in zip(*both, strict=True):
             large, small = abs(large), abs(small)
-            also = part * steps[1].numerator / steps[1].denominator
-            if not small > CLEAR * max(left, also):
+            if not small > CLEAR * left:
                 components.append(ComponentOrder(name, None, None, place, large))
                 continue
             order = float(mpmath.log(large / small) / ratio) - 1
@@ -275,7 +263,7 @@ def orders(
     first = between
     for k in range(1 + FURTHER):
         last = steps[1] / SHORTER**k
-        nearer = orders(expected, place, (first, last), errors, digits, unclear, halved=True)
+        nearer = orders(expected, place, (first, last), errors, digits, halved=True)
         # only orders that are too low here too are replaced: shorter steps find no order that was
         # not there
         components = [replace(b, error=a.error)

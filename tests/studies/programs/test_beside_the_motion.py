@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import Scene, Scheme, black_box, pair, scenes
+from discmech import Scene, Scheme, black_box, compose, one_step, pair, scenes
 from discmech.studies.evidence import evidence_of
 
 from . import methods
@@ -42,6 +42,27 @@ def test_a_program_is_asked_beside_the_motion(part, rate):
     evidence = evidence_of(scheme)
     assert evidence.order.order == pytest.approx(2 if part == "nowhere" else 0, abs=0.05)
     assert evidence.around[0] == 1024 and (len(evidence.places) > 4) == (part != "nowhere")
+
+
+@pytest.mark.parametrize("size", [0, sympy.Rational(1, 1000)])
+def test_so_is_a_composition_of_one_step_maps(size):
+    """Its force is too large in a narrow part."""
+
+    def kick(s, z, h):
+        x, p = s.split(z)
+        part = sympy.exp(-1600 * (x[0] - sympy.Rational(47, 20)) ** 2)
+        return x, p + h / 2 * s.split(s.f(z))[1] * (1 + size * part)
+
+    @one_step(order=2)
+    def verlet(s, z, h):
+        x, p = kick(s, z, h)
+        x = x + h * s.split(s.f(s.join(x, p)))[0]
+        return s.join(*kick(s, s.join(x, p), h))
+
+    evidence = evidence_of(Scheme(scenes.get("pendulum"), compose(verlet, "suzuki")))
+    assert evidence.around[0] == 256 and evidence.order.order == pytest.approx(
+        0 if size else 4, abs=0.01
+    )
 
 
 @pytest.mark.dear("[0]")
