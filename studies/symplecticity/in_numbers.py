@@ -11,6 +11,7 @@ import numpy as np
 
 from discmech.integrators import StepFailure
 from discmech.integrators.extensions.foreign import derivative, guarded, noise_of, shifted
+from discmech.integrators.extensions.foreign.differences import FARTHEST
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
@@ -18,6 +19,7 @@ from ..evidence.places import seed_in_numbers
 from .around import conspicuous
 from .constrained import constrained_parameters
 from .form_in_numbers import (
+    LOOP,
     Defect,
     form_defect,
     loop_defect,
@@ -34,16 +36,16 @@ from .records import FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers, V
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
-#: a defect of so much of the motion counts as none either, if it is at most so small a part of what
-#: a method without a form leaves: differences resolve no less at methods of high order. Set: a
-#: thousand steps of it add up to 10⁻⁷ of the motion, and a pass says what could be hidden
-FINE, OF_LEFT = 1e-10, 1e-6
 LOOPS = 6  # closed curves per place
 # their sizes in parts of the motion; the next is for a place where one is too large
 REACHES = (0.08, 0.02, 0.005)
 #: one closed curve measures one number of the form, by chance a small one; that all six measure
 #: less than a tenth of it happens once in a million
 UNSEEN = 10
+#: a defect of so much of the motion counts as none either, since at methods of high order nothing
+#: less is resolved: the round-off of as many values as the smallest closed curve has, each of the
+#: size of the motion, beside an area of its reach; a pass says what could be hidden
+FINE = UNSEEN * FARTHEST * 2.0**-53 * LOOP**0.5 / min(REACHES)
 ENOUGH = 3  # places that have to reach the resolution
 CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
 UNKNOWN_ORDER = 4  # the order for a method that claims none: few methods leave less
@@ -75,9 +77,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
     around, unit, jumps = 0, case.rule.unit(16), list[Jump]()
     known = [row.certain for row in rows if row.certain is not None]
     if known and not is_defect(max(known), unit):
-        # a loose iteration jumps everywhere, a map that does so across a surface at few places
-        rough = 2 * sum(row.noise > 0 for row in rows) > len(rows)
-        jumps = [] if rough else jumps_of(case, scale)
+        jumps = jumps_of(case, scale)
         stand_out, around = conspicuous(case, scale)
         near = [_row(case, len(rows), look, part * scale, seed)
                 for look in stand_out for part in NEAR]  # fmt: skip
@@ -268,7 +268,7 @@ def may_hide(case: Case, left: float = 1.0) -> float:
 
     It is in units of the program's round-off, and at most a hundredth of `left`.
     """
-    most = max(RESOLVED * left, min(OF_LEFT * left, FINE))
+    most = max(RESOLVED * left, FINE)
     return min(0.01 * left, most * case.rule.unit(16) / 2.0**-53)
 
 

@@ -23,7 +23,7 @@ from ..evidence.cloud import STEPS_ASKED, WIDE, in_box
 from .in_numbers import ENOUGH, RESOLVED, at_step, decisive, may_hide, wanted_share
 from .judging_form import is_defect
 from .limits import LIMITS
-from .own_derivatives import STEPS, TOLD
+from .own_derivatives import STEPS, may_be_hidden
 from .records import FoundOfNumbers, Jump, OfNumbers
 
 _ROUGH = (
@@ -213,13 +213,18 @@ def _looked_at(case: Case, record: FoundOfNumbers) -> list[str]:
             f"of the motion's size beside it, by {STEPS_ASKED}, were looked through by plain "
             "differences"
         )  # fmt: skip
-    for (what, by, steps), hidden in sorted(_hidden(rows).items()):
+    longer: dict[tuple[str, str], float] = {}
+    for (what, by, steps), hidden in (best := _hidden(rows)).items():
+        if steps > STEPS:
+            longer[what, by] = min(hidden, longer.get((what, by), math.inf))
+    for (what, by, steps), hidden in sorted(best.items()):
+        if steps > STEPS and hidden > longer[what, by]:
+            continue  # of longer runs that which hides least is told
         of = "steps" if what == "jacobian" else f"runs of {steps} steps"
         places = sum(any((e.what, e.by, e.steps) == (what, by, steps) for e in row.derivatives)
                      for row in rows)  # fmt: skip
-        if hidden <= TOLD:
-            told.append(f"its {what} by {by} is that of {of} from {places} places, but for errors "
-                        f"of {hidden:.0e} of the motion")  # fmt: skip
+        told.append(f"its {what} by {by} is that of {of} from {places} places, but for errors "
+                    f"of {hidden:.0e} of the motion")  # fmt: skip
     return told
 
 
@@ -238,7 +243,7 @@ def _hidden(rows: Sequence[OfNumbers]) -> dict[tuple[str, str, int], float]:
 def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
     """Return why a derivative that is not wrong is not known to be right; or ""."""
     best = _hidden(rows)
-    allowed = min(0.01, LIMITS["own derivative"] * case.rule.unit(16) / 2.0**-53)
+    allowed = may_be_hidden(case.rule)
     for (what, by, steps), hidden in best.items():
         if steps <= STEPS and not hidden <= allowed:
             said = f"its {what} by {by} is that of its steps as far as differences see: an error "

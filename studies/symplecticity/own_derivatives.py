@@ -24,6 +24,7 @@ from discmech.integrators.extensions.foreign import (
 )
 from discmech.integrators.numbers import Matrix, Vector
 
+from .limits import LIMITS
 from .places import Look
 from .records import Held
 
@@ -34,9 +35,9 @@ Rule: TypeAlias = Any
 START = "start"  # the name of the state at which a run begins, beside those of parameters
 STEPS = 16  # steps of the runs whose gradient is asked at every place
 #: Longer runs, from two places: a drawn part of the scene's steps, halved while differences hide
-#: more than `TOLD` of the motion.
+#: more than of the short ones (`may_be_hidden`).
 MOST_STEPS, PARTS, PLACES = 2**11, (0.6, 1.0), 2
-TOLD = 0.01  # of the motion: what differences of a run hide, or one of half as many steps is made
+ROWS = 8  # of a run, at which a rounding of its derivative is followed to its end
 PART = 1 / 8  # share of a parameter's size over which it is varied: its sign stays
 HALF = 2.0**-26  # half of the digits of a double
 ROUNDINGS = 64  # of one step's derivative, in units of its largest entry
@@ -57,10 +58,15 @@ def of_step(
     return own, [Held("jacobian", START, off, hidden)]
 
 
+def may_be_hidden(rule: Rule) -> float:
+    """Return the error of a derivative, in units of the motion, that differences may hide."""
+    return float(min(0.01, LIMITS["own derivative"] * rule.unit(16) / 2.0**-53))
+
+
 def of_run(flow: Flow, look: Look, scale: Vector, seed: int, place: int) -> list[Held]:
     """Return the distances of the program's gradient of runs, by the start and by parameters.
 
-    From the first places runs are as long as the scene's, too. Where differences tell nothing of
+    From the first places runs are as long as the scene's, too. Where differences hide too much of
     one, it is halved.
     """
     if flow.scheme.rule.gradient is None or look.count == 1:
@@ -71,7 +77,7 @@ def of_run(flow: Flow, look: Look, scale: Vector, seed: int, place: int) -> list
     while steps > STEPS and not any(each.off for each in held):
         longer = _of_steps(flow, look, scale, seed + place, steps)
         held += longer
-        if longer and all(each.hidden <= TOLD for each in longer):
+        if longer and all(each.hidden <= may_be_hidden(flow.scheme.rule) for each in longer):
             break
         steps //= 2
     return held
@@ -79,32 +85,41 @@ def of_run(flow: Flow, look: Look, scale: Vector, seed: int, place: int) -> list
 
 def _of_steps(flow: Flow, look: Look, scale: Vector, seed: int, steps: int) -> list[Held]:
     try:
-        growth = _growth(flow, look, scale, steps) if steps > STEPS else 1.0
+        grown = _roundings_grown(flow, look, scale, steps) if steps > STEPS else 1.0
     except StepFailure:
         return []
     gradient = _asked(flow, "gradient", look.z, look.time, steps)
     by_name = gradient if isinstance(gradient, dict) else {START: gradient}
-    return [_by(flow, look, scale, seed, steps, growth, *e) for e in by_name.items()]
+    return [_by(flow, look, scale, seed, steps, grown, *e) for e in by_name.items()]
 
 
-def _growth(flow: Flow, look: Look, scale: Vector, steps: int) -> float:
-    """Return the largest growth of a small change of the start along a run, at least 1.
+def _roundings_grown(flow: Flow, look: Look, scale: Vector, steps: int) -> float:
+    """Return how large roundings of a run's derivative become, over the derivative, at least 1.
 
-    The change keeps half of the digits of the program's numbers.
-    A rounding of a row's derivative is as large as that has grown, and grows by at most as much
-    again, in units of the derivative of the whole run (D_kn = D_0n D_0k⁻¹, which keeps the form).
+    A rounding of D_0k, at row k, is as large as that, and at the end D_kn times as large, D_0n the
+    derivative of the whole run. Both are told by changes of half of the numbers' digits.
     """
-    n, drawn, rows = flow.system.n, np.random.default_rng(steps), list[Matrix]()
-    near = flow.scheme.rule.unit(16) ** 0.5
-    for way in (0.0, *drawn.choice((-near, near), (2, len(scale)))):
-        z = look.z + way * scale
-        run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=look.time)
-        rows.append(np.hstack([run.x, run.mu]).astype(float))
-    return max(1.0, *(float(np.abs((e - rows[0]) / scale).max()) / near for e in rows[1:]))
+    n, near, drawn = flow.system.n, flow.scheme.rule.unit(16) ** 0.5, np.random.default_rng(steps)
+
+    def states(z: Vector, first: int) -> Matrix:
+        time = look.time + first * flow.step
+        run = flow.trajectory(steps - first, x0=z[:n], mu0=z[n:], t0=time)
+        return np.hstack([run.x, run.mu]).astype(float)
+
+    def grown(z: Vector, first: int, rows: Any) -> Any:
+        own = states(z, first)
+        ways = drawn.choice((-near, near), (2, len(scale))) * scale
+        changes = [np.abs((states(z + way, first) - own) / scale).max(axis=1) for way in ways]
+        return np.max(changes, axis=0)[rows] / near
+
+    rows = np.linspace(0, steps, ROWS, endpoint=False).astype(int)[1:]
+    at, (*to_row, whole) = states(look.z, 0), grown(look.z, 0, [*rows, steps])
+    of_rows = (a * grown(at[k], k, -1) for a, k in zip(to_row, rows, strict=True))
+    return float(max(1.0, *(e / whole if whole else np.inf for e in of_rows)))
 
 
 def _by(
-    flow: Flow, look: Look, scale: Vector, seed: int, steps: int, growth: float, by: str,
+    flow: Flow, look: Look, scale: Vector, seed: int, steps: int, grown: float, by: str,
     gradient: object,
 ) -> Held:  # fmt: skip
     rule, n, size = flow.scheme.rule, flow.system.n, len(look.z)
@@ -120,7 +135,7 @@ def _by(
     seen = derivative(f, size if of_state else 1, ways, noise)
     array = _array(rule, "gradient", gradient, (size, *shape) if of_state else shape)
     sizes = scale if of_state else np.array([_size_of(rule, run(0 * ways), n, scale)])
-    rounding = steps * ROUNDINGS * rule.unit(16) * growth**2
+    rounding = steps * ROUNDINGS * rule.unit(16) * grown
     off, hidden = distance(array.reshape(-1, count), seen, ways, sizes, rounding)
     return Held("gradient", by, off, hidden, steps)
 

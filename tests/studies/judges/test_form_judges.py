@@ -11,7 +11,7 @@ from discmech.studies.core.result import result_of
 from discmech.studies.report.tables import columns, got, short
 from discmech.studies.report.wording import scientific
 from discmech.studies.symplecticity import limits as symplecticity
-from discmech.studies.symplecticity.in_numbers import may_hide
+from discmech.studies.symplecticity.in_numbers import FINE, may_hide
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 
@@ -117,7 +117,7 @@ def test_a_step_back_is_the_inverse():
 
 
 @pytest.mark.parametrize(("left", "hidden"), [
-    (1, 1e-9), (1e-2, 1e-10), (1e-4, 1e-10), (1e-8, 1e-14), (0, 0),
+    (1, 1e-9), (1e-2, FINE), (1e-4, FINE), (1e-10, 1e-12), (0, 0),
 ])  # fmt: skip
 def test_a_pass_may_hide_a_part_of_what_other_methods_leave(left, hidden):
     program = case(rule=black_box(order=2, name="p")(lambda q, p, h: (q, p)))
