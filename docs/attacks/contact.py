@@ -3,7 +3,7 @@
 import sympy
 from sympy import Rational as Q
 
-from discmech import Scene, discretisation, pair
+from discmech import Conserved, Scene, discretisation, pair
 
 
 def flat(x, v, p):
@@ -152,3 +152,24 @@ def in_the_middle(L, G, x, u, h):
     """Of order 1 in a sixtieth of the way of the mass: θ is 1/2 + 10⁻³ there."""
     part = sympy.exp(-(((x[0] - Q(62, 100)) * 60) ** 2))
     return h * L(G.target(x, u, (Q(1, 2) + part / 10**3) * h), u)
+
+
+#: a mass on a spring inside a round wall about the origin, whose symmetry both have; and one beside
+#: a plane wall, which has it not
+inside = Scene(
+    name="inside", groupoid=pair(2), lagrangian=lambda x, v, p: (v.dot(v) - x.dot(x)) / 2,
+    contact=lambda x, p: [1 - sympy.sqrt(x.dot(x))], restitution=1, impacts="located",
+    x0=["0.3", "0.1"], v0=["0.7", "1.1"], duration=6, step="1/20",
+    symmetries=[Conserved("turns", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
+)  # fmt: skip
+beside = inside.with_values(name="beside", contact=lambda x, p: [x[0] + x[1] / 5 + Q(1, 2)])
+#: the spring is stiffer along x₀ by 10⁻⁶: no symmetry
+oval = inside.with_values(
+    name="oval", lagrangian=lambda x, v, p: (v.dot(v) - x.dot(x) - x[0] ** 2 / 10**6) / 2
+)
+
+
+@discretisation(order=2)
+def aside(L, G, x, u, h):
+    """The midpoint rule with a pull along x₀ of 10⁻⁶ h²."""
+    return h * L(G.target(x, u, h / 2), u) + h**3 * x[0] ** 2 / 10**6

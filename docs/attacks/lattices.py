@@ -153,6 +153,18 @@ balls = Lattice(
     on_site=lambda x, v, p: p.mass * v[0] ** 2 / 2, bond_contact=lambda x, y, p: [y[0] - x[0] - 1],
     restitution=1, x0=1.05 * np.arange(4.0)[:, None], v0=np.eye(4)[:, :1], step="1/50",
 )  # fmt: skip
+#: a chain whose dampers keep its momentum, with a drag that changes it; and with a spring to each
+#: site's own place, so that its momentum is of no symmetry
+damped = Lattice(
+    name="damped", site=pair(1), sites=6, on_site=lambda x, v, p: v[0] ** 2 / 2,
+    on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, force=lambda x, v, p: [-v[0] / 7],
+    bond_force=lambda x, y, v, w, p: [(w[0] - v[0]) / 9, (v[0] - w[0]) / 9], step="1/10",
+    x0=np.sin(np.arange(6.0))[:, None], v0=np.cos(np.arange(6.0))[:, None],
+    symmetries={"shift": lambda x, p: [1]},
+)  # fmt: skip
+held_damped = replace(
+    damped, name="held-damped", on_site=lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 10**6
+)
 
 
 @discretisation(order=2)

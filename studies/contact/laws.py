@@ -52,6 +52,17 @@ def energies(scheme: Any, run: Trajectory, digits: int) -> tuple[np.ndarray, np.
         return np.array([float(e - H[0]) for e in H]), np.array([float(e) for e in sizes])
 
 
+def change_by(gaps: Gaps, place: Any, P: np.ndarray) -> np.ndarray:
+    """Return the change of μ by the impulses P (K, 1 + D) of the gaps at a place."""
+    made = P[:, 0] @ place.normal
+    for i, (_, *along) in enumerate(P):
+        if gaps.friction[i] > 0:
+            push = np.array(along[: len(place.where[i])]) @ place.bases[i]
+            made = made + push @ place.slip[i]
+    changed: np.ndarray = made
+    return changed
+
+
 class _Run:
     """A run in numbers of more digits; unit: ε of the run's own numbers."""
 
@@ -156,13 +167,12 @@ class _Run:
             self.steps, self.impacts, strict=True
         ):
             place, strong = gaps.at(x), abs(P).max()
-            made = P[:, 0] @ place.normal
+            made = change_by(gaps, place, P)
             for i, (normal, *along) in enumerate(P):
                 open_by = abs(place.phi[i]) / widest[min(step, len(widest) - 1)][i]
                 self._most(worst, "complementarity", normal * open_by / strong)
                 if gaps.friction[i] > 0:
                     push = np.array(along[: len(place.where[i])]) @ place.bases[i]
-                    made = made + push @ place.slip[i]
                     bound = gaps.friction[i] * place.scale[i] * normal
                     self._most(worst, "cone", (length(push) - bound) / strong)
             size = max(abs(before).max(), abs(after).max())

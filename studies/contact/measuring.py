@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
-from math import inf, isnan
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,12 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 from discmech.integrators.extensions.contact import TOUCHING, scaled_gaps
 from discmech.integrators.runs import run as run_of
-from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..core.controls import chosen_controls
 from ..core.fitting import orders_between
-from ..core.single_steps import SingleSteps
 from ..evidence.laws import FORM
-from ..evidence.measuring import of_scheme
+from ..evidence.measuring import single_steps
 from .faults import CONTROLS, flow_with
 from .judging_rises import asks_finer, is_round_off
 from .laws import defects, energies
@@ -47,8 +44,6 @@ AWAY = 1e-9
 #: impacts of a gap that are less than so many steps apart accumulate: their number depends on the
 #: step
 DENSE = 3
-#: flights, the longest of a run, whose single steps are judged, and the steps of the shortest one
-FLIGHTS, SHORTEST = 2, 8
 LATER = 1.1  # share by which first impacts may be later with another step
 
 
@@ -113,37 +108,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     count = min(2, len(located.impacts.t))
     measured |= _times(case, last, count, steps, _unsure_times(flow, located, count))
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
-    records = [of_scheme(case.scheme_on(scene), FORM, least=case.order)
-               for scene in _flights(case.scene, located)]  # fmt: skip
-    measured["local"] = min(records, key=_soundness)
+    measured["local"] = single_steps(case, FORM, least=case.order, run=located)
     measured["form"] = {"across": _across(case, located)}
     return {"measured": measured, "rows": rows}
-
-
-def _flights(scene: Scene, run: Any) -> list[Scene]:
-    """Return the scene without its contact, begun at its longest flights, each as long as that.
-
-    Without contact the motion from its start may go where the scene never is. With explicit time
-    only the start's own flight is known: a scene begins at t = 0.
-    """
-    free = scene.with_values(contact=None)
-    struck = [-1, *np.flatnonzero(abs(run.impulses).any(axis=(1, 2))), len(run.t) - 1]
-    flights = sorted(((b - a, a + 1) for a, b in pairwise(struck) if b - a > SHORTEST),
-                     reverse=True)  # fmt: skip
-    if scene.timed:
-        flights = [flight for flight in flights if flight[1] == 0]
-    n, pieces = len(scene.x0), []
-    for count, k in flights[:FLIGHTS]:
-        start = {} if k == 0 else {"x0": [*map(float, run.base[k][:n])],
-                                   "v0": [*map(float, run.u[k])]}  # fmt: skip
-        pieces.append(free.with_values(duration=(count - 1) * scene.step, **start))
-    return pieces or [free]
-
-
-def _soundness(record: SingleSteps) -> tuple[bool, float]:
-    """Return what is least for the record that tells most against a rule."""
-    broken = any(law.broken for law in record.laws.values())
-    return not broken, inf if record.order is None else record.order
 
 
 def _flow(case: Case, part: int, mode: str, digits: int | None = None) -> Any:

@@ -29,15 +29,19 @@ BY_NAME = ("spaghetti", "links-spherical", "links-revolute")
 @singledispatch
 def parts_of(thing: Any) -> frozenset[str]:
     """Return the `PARTS` that a scene has; at impacts energy and form change, and orders differ."""
-    return SMOOTH | {"equations"} if thing.contact is None else frozenset({"contact"})
+    if thing.contact is None:
+        return SMOOTH | {"equations"}
+    kept = any(q.to_roundoff for q in thing.symmetries)
+    return frozenset({"contact", "momenta"} if kept else {"contact"})
 
 
 @parts_of.register
 def _(thing: Lattice) -> frozenset[str]:
-    if thing.has_contact:
-        return frozenset({"sites"})
-    # a force, or the time, changes what is kept otherwise; steps are held against their equations
-    return frozenset({"end", "sites"}) if thing.forced or thing.timed else SMOOTH | {"sites"}
+    if not (thing.has_contact or thing.forced or thing.timed):
+        return SMOOTH | {"sites"}
+    # these change what is kept otherwise; steps are held against their equations
+    others = {"sites"} if thing.has_contact else {"end", "sites"}
+    return frozenset(others | {"momenta"} if thing.symmetries else others)
 
 
 def why_not(thing: Any) -> str:

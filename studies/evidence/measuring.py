@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -13,6 +14,7 @@ from discmech.reference import ReferenceFailure
 from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
+from ..systems.runs import flights
 from . import NEAR, Evidence, LocalOrder, evidence_of
 from .integrals import check_first_integrals
 from .late import late_steps
@@ -20,8 +22,13 @@ from .laws import AGAIN, ARROW, ENERGY, ROUNDINGS, Law
 from .rows import energy_by_row, of_rows
 
 
-def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleSteps | None:
+def single_steps(
+    case: Case, *laws: Law, least: int | None = None, run: Any = None
+) -> SingleSteps | None:
     """Return the record of a case's single steps, or None for a system that makes none.
+
+    run: one under contact, between whose impacts steps are asked: of its longest flights, the one
+    that tells most against the rule.
 
     least: the order below which it is too low; without one only consistency is asked, and of a
     program only components whose errors sink as one power of the step count. The steps of recorded
@@ -34,17 +41,26 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
         by_row = {law.name: energy_by_row(runs, ROUNDINGS) for law in laws
                   if law in ENERGY.values()}  # fmt: skip
         return replace(record or SingleSteps(), laws=by_row) if by_row else record
-    check_first_integrals(case.scheme)
+    parts = None if run is None else list(map(case.scheme_on, flights(case.scene, run)))
+    check_first_integrals(parts[0] if parts else case.scheme)
     try:
         scheme = system_of(case).single_steps()
         if scheme is None:
             return None
         settled = least is None and not scheme.rule.is_formula
-        return of_scheme(scheme, *laws, least=least or 1, settled=settled)
+        records = [of_scheme(each, *laws, least=least or 1, settled=settled)
+                   for each in parts or [scheme]]  # fmt: skip
+        return min(records, key=_soundness)
     except Displaced:
         raise
     except (ReferenceFailure, DiscmechError) as failure:
         return SingleSteps(unknown=" ".join(str(failure).split()))
+
+
+def _soundness(record: SingleSteps) -> tuple[bool, float]:
+    """Return what is least for the record that tells most against a rule."""
+    broken = any(law.broken for law in record.laws.values())
+    return not broken, math.inf if record.order is None else record.order
 
 
 def of_scheme(

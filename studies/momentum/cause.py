@@ -40,6 +40,8 @@ def cause_of_drift(case: Case, drift: dict[str, float], steps: int) -> dict[str,
         return None
     worst = max(kept, key=lambda q: drift[q.name])
     scheme = scheme_for(case, worst.attitude).base
+    if case.scene.contact is not None:  # no exact motion and no arrows are known across impacts
+        return of_scene(scheme, worst)
     formula = formula_of(scheme, worst, case.scene.step)
     rows_of = with_terms(scheme, formula, 30)
     if not worst.of_step and (moved := change_of_motion(scheme, rows_of)) > KEPT:

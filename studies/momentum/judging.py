@@ -54,7 +54,8 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     record = decoded(Found, measurement)
     over = record.over or _over(case, record.steps)
     walks = record.walks or walks_of(case, record.steps)
-    roundings = 1.0 if case.rule.is_formula else LIMITS["program"]
+    compensated = case.rule.is_formula and record.impacts is None
+    roundings = 1.0 if compensated else LIMITS["program"]
     limits = round_off(case, walks, record.units, LIMITS["walk"] * math.sqrt(roundings))
     noise = round_off(case, walks, record.units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
@@ -124,12 +125,27 @@ def _judge_faults(
             )
             return Verdict("inconclusive", said, expected)
     worked, said = [e for e in judged if expected["over"].get(e) == 1 < record.steps], ""
-    if worked and record.rows:
+    if record.compared:
+        said = (
+            f"{', '.join(worked)}: held against its work in steps from {record.compared} rows of "
+            "the run, and from as many drawn states beside them."
+        )
+    elif worked and record.rows:
         steps, last = min(WORKED, record.steps), record.rows[-1]
         said = (
             f"{', '.join(worked)}: held against its work or equation in {steps} steps, to "
             f"t = {steps * last.time / last.step:.4g}, and in single steps from drawn places."
         )
+    if record.impacts is None:
+        return Verdict("pass", said, expected)
+    if worked and record.resting:
+        rest = f"in {record.resting} steps a gap stays closed, or pushes before an impact, and "
+        rest += "where its impulses act no row tells"
+        if record.resting == min(WORKED, record.steps):
+            return Verdict("inconclusive", f"nothing could fail: {rest}.", expected)
+        said = f"{said} Not judged: {rest}."
+    said = f"{said} The run has {record.impacts} impacts".strip()
+    said += ", where it changes by their impulses." if worked else "."
     return Verdict("pass", said, expected)
 
 

@@ -10,7 +10,8 @@ LIMITS = {
         "million walks (Feller, XIV); e is the round-off of the quantity itself",
     ),
     "program": Limit(
-        8, "roundings of a program's step on each entry, where a rule's compensated one has 1",
+        8, "roundings of a program's step on each entry, and of one under contact, where a rule's "
+        "compensated one has 1",
         "derived: to turn a vector takes three products and two sums of each entry, and each entry "
         "of the matrix a norm, a sine and a quotient; they walk too, √8 as far",
     ),

@@ -39,10 +39,10 @@ from ..systems.runs import (
     usual_steps,
     with_terms,
 )
-from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
+from .quantities import forced, formula_of, kept_in, measured_in, round_offs, scheme_for
 from .records import Fault, Found, Measured, Row
 from .sight import FAULT, laws_of, seen
-from .work import less_work
+from .work import less_work, struck
 
 NAME = "momentum"
 NEEDS = (
@@ -61,6 +61,7 @@ SHORT = 32  # steps of a run at which a fault is seeded if there is no long one
 #: standard deviations of the walk of round-off, of which a seeded fault is made: no limit, so that
 #: another limit measures nothing anew
 DEVIATIONS = 5
+SUMS_WORKED = 32  # the same of sums over sites, and as many steps beside them
 WORKED = 200  # steps at each of which a quantity that a force changes is compared with its work
 
 
@@ -95,6 +96,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     if (made := recorded_run(case)) is not None:
         steps, apart, size = made.steps, made.steps // (len(made.t) - 1), made.step
     kept, measured, walks = kept_in(case), measured_in(case), walks_of(case, steps)
+    flown: Any = None  # a run under contact
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
     faults: dict[str, Fault] = {}
@@ -107,7 +109,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
         if whole:
             scheme = scheme_for(case, attitude)
-            run = long_run(case, scheme, steps, progress)
+            run = flown = long_run(case, scheme, steps, progress)
             drifts = {}
             for q in whole:
                 formula = formula_of(scheme, q, size)
@@ -123,7 +125,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     worked = [q for q in measured if q not in kept]
     for q in worked:
         flow = scheme_for(case, q.attitude).flow(size, case.digits)
-        run = flow.trajectory(min(WORKED, steps))
+        run = flown = flow.trajectory(min(WORKED, steps))
         series[q.name], units[q.name] = less_work(flow, q, run, case.digits)
     for q in (q for q in measured if q.name not in faults):
         scheme = scheme_for(case, q.attitude)
@@ -141,13 +143,22 @@ def measure(case: Case, progress: Progress = silent) -> Found:
         rows.append(Row(step, float(step * size), drift))
     worst = {name: float(drift.max()) for name, drift in series.items()}
     told = Measured(worst, {name: fault.change for name, fault in faults.items()})
-    return Found(rows, told, steps, units, faults, _over(case, steps), walks,
-                 local=single_steps(case, *laws_of(kept), *laws_of(worked, True)))  # fmt: skip
+    moved = [q for q in worked if forced(case, q)]
+    alone = [q for q in measured if q not in moved]  # steps of a flight have no impulses
+    flown = None if case.scene.contact is None else flown
+    local = single_steps(case, *laws_of(alone), *laws_of(moved, True), run=flown)
+    record = Found(rows, told, steps, units, faults, _over(case, steps), walks, local=local)
+    if flown is None:
+        return record
+    pushed, by_impacts = struck(flown)
+    resting = int((pushed & ~by_impacts).sum())
+    return replace(record, impacts=len(flown.impacts.t), resting=resting)
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
     """Return lost: the possible drift of a quantity if the rule's own steps lose digits."""
-    if said.verdict != "fail" or system_of(case).momenta is not None:
+    contact = case.scene.has_contact
+    if said.verdict != "fail" or contact or system_of(case).momenta is not None:
         return {}
     steps = measurement["steps"]
     if case.rule.is_formula or case.rule.is_recorded:
@@ -177,11 +188,21 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     """Return `measure` for momenta that are sums over sites, along a run of which few rows are
     kept.
 
-    rate: |dJ/dt| of those that symmetries give, by the equations of motion (`System.rates`).
+    rate: |dJ/dt| of those that symmetries give, by the equations of motion without forces
+    (`System.rates`). What forces change is compared with their work in single steps.
     """
     steps = case.steps or system.usual_steps()
     run = system.long_run(steps, progress)
+    kept = {q.name for q in kept_in(case)}
     series = {name: along.drifts for name, along in run.momenta.items()}
+    worked = [name for name in series if name not in kept]
+    for name in worked:
+        series[name] = np.zeros(len(run.t))
+    looks = system.less_work(worked, steps, SUMS_WORKED)
+    for t, gaps in looks:
+        k = min(int(np.searchsorted(run.t, t)), len(run.t) - 1)
+        for name, gap in gaps.items():
+            series[name][k] = max(series[name][k], gap)
     rows = [Row(min((last - 1) * run.every, steps), float(run.t[last - 1]),
                 {name: _worst(values, first, last) for name, values in series.items()})
             for first, last in bins(len(run.t), ROWS)]  # fmt: skip
@@ -192,7 +213,7 @@ def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     faults = {name: Fault(FAULT * noise, system.moved(name, tuple(state), FAULT * noise))
               for name, noise in round_off(case, walks, units).items()}  # fmt: skip
     return Found(rows, Measured(drifts, rate=system.rates(run)), steps, units, faults,
-                 _over(case, steps), walks)  # fmt: skip
+                 _over(case, steps), walks, compared=len(looks) or None)  # fmt: skip
 
 
 def _claimed(case: Case) -> list[str]:

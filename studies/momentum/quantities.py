@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any
@@ -12,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.equations import absolute_terms
+from discmech.integrators.equations import absolute_terms, natural_structure
 from discmech.integrators.errors import DiscmechError
+from discmech.integrators.extensions.contact import gap_expressions
 from discmech.integrators.flows import growth_errors
 from discmech.integrators.numbers import (
     arithmetic,
     exact_rational,
     first_violation,
+    flatten,
+    jacobian,
     numeric,
     numeric_text,
     rounded,
@@ -49,16 +53,23 @@ def measured_in(case: Case) -> list[Any]:
         exact = [q for q in exact if not q.attitude]
     if case.rule.is_recorded:  # no steps can be made that start anew
         exact = [q for q in exact if q.stretch is None]
-    return [q for q in exact if not (composed and _worked(case, q))]
+    return [q for q in exact if not (composed and forced(case, q))]
 
 
 def kept_in(case: Case) -> list[Any]:
     """Return those of them that do not change."""
-    sums = system_of(case).momenta is not None  # no force does work on these
-    return [q for q in measured_in(case) if sums or not _worked(case, q)]
+    return [q for q in measured_in(case) if not _worked(case, q)]
 
 
-def _worked(case: Case, q: Conserved) -> bool:
+def _worked(case: Case, q: Any) -> bool:
+    """True if a quantity changes by its own equation, a force's work, or impulses of gaps."""
+    if not isinstance(q, Conserved):
+        return system_of(case).worked(q.name)
+    struck = case.scene.contact is not None
+    return forced(case, q) or (struck and _pushed(scheme_for(case, q.attitude), q))
+
+
+def forced(case: Case, q: Conserved) -> bool:
     """True if a quantity changes by its own equation, or a force's work.
 
     A force's work needs that ∂J/∂μ·f is not zero everywhere.
@@ -70,12 +81,31 @@ def _worked(case: Case, q: Conserved) -> bool:
 
 @cache
 def _moved(scheme: Scheme, q: Conserved) -> bool:
+    return _changed_by([scheme.s.force.T], scheme, q)
+
+
+@cache
+def _pushed(scheme: Scheme, q: Conserved) -> bool:
+    """True if an impulse along a gap, or its friction in the plane of contact, changes it."""
+    s, scene = scheme.s, scheme.scene
+    assert scene.contact is not None
+    phi, planes = gap_expressions(s, scene.contact)
+    rho = natural_structure(s, s.x)[0][: s.n, :]
+    rows = [jacobian(phi, s.position) * rho]
+    if any(e > 0 for e in flatten((scene.friction,))):
+        rows += [rho if e is None else jacobian(e, s.position) * rho for e in planes]
+    return _changed_by(rows, scheme, q)
+
+
+def _changed_by(rows: Sequence[Any], scheme: Scheme, q: Conserved) -> bool:
+    """True if some of the rows of covectors, (k, m) each, change a quantity as they change μ."""
     s = scheme.s
-    values = list(formula_of(scheme, q, scheme.scene.step))
-    letters = {mu: u for mu, u in zip(s.mu, s.u, strict=True)}  # any μ will do
-    work = [sum(e.diff(mu).xreplace(letters) * f for mu, f in zip(s.mu, s.force, strict=True))
-            for e in values]  # fmt: skip
-    return first_violation(work, [*s.u]) is not None
+    slope = formula_of(scheme, q, scheme.scene.step).jacobian(list(s.mu))
+    slope = slope.xreplace(dict(zip(s.mu, s.u, strict=True)))  # any μ will do
+    values = map(to_sympy, scheme.scene.parameter_values)  # a wall may be about the origin
+    known = dict(zip(s.parameter_list, values, strict=True))
+    changes = [e.xreplace(known) for part in rows for e in part * slope.T]
+    return first_violation(changes, [*s.u]) is not None
 
 
 def scheme_for(case: Case, attitude: bool) -> Scheme:

@@ -44,7 +44,9 @@ class Found:
 
     By quantity: units, the effect of round-off of a step and of the value, in ε; over, the steps
     over which it was followed; walks, the roundings that it had. lost: the drift that lost digits
-    explain.
+    explain. Under contact, impacts: the number of those that were met; resting: that of the steps
+    with other impulses. compared: the rows of a run of many sites from which steps were compared
+    with their work.
     """
 
     rows: Sequence[Row] = ()
@@ -56,6 +58,9 @@ class Found:
     walks: Mapping[str, int] | None = None
     lost: float | None = field(default=None, metadata=OPTIONAL)
     local: SingleSteps | None = None
+    impacts: int | None = field(default=None, metadata=OPTIONAL)
+    compared: int | None = field(default=None, metadata=OPTIONAL)
+    resting: int = field(default=0, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,9 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
     times, H, size, first = [], [], 0.0, 0
     sums = {name: Momentum(sites) for name in parts}
     states: list[tuple[float, np.ndarray, np.ndarray]] = []
-    for block in flow.blocks(steps, every, size=max(1, BLOCK // sites)):
+    whole = scheme.lattice.has_contact  # of which no blocks are made
+    for block in ([flow.trajectory(steps, every)] if whole else
+                  flow.blocks(steps, every, size=max(1, BLOCK // sites))):  # fmt: skip
         with np.errstate(all="ignore"):  # a value that is not finite is told below, or judged
             values, most = energies(scheme, block)
         if not first and not np.isfinite(values[0]):

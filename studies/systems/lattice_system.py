@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -20,6 +22,7 @@ from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
+from .lattice_work import is_changed, is_worked, less_work
 from .modified_change import Change
 from .quantities import change, energies, momentum, of_symmetries
 from .reference import field_of, solution
@@ -33,7 +36,10 @@ COARSE, HIGHER = 32, 8  # steps of the coarsest run, and the divisor of them fro
 STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
 #: round-off of some hundred steps, as a share of the largest number of a kind of values
 LEAST = 2.0**-46
-DRAWN, FAINT = 16, 8  # states of `rates`, and the power of 1/2 of the nearest to the run
+DRAWN, FAINT = (
+    16,
+    8,
+)  # states of `rates`, faults of `moved`, and the power of 1/2 of the nearest to the run
 PAIRS = 2  # pairs of variations that test the form at a state
 #: more digits: steps of the coarsest run, and coordinates up to which a series ends within seconds
 FEW, COORDINATES = 8, 40
@@ -62,9 +68,12 @@ class LatticeSystem(System):
 
     @cached_property
     def momenta(self) -> tuple[SiteMomentum, ...]:  # type: ignore[override]
-        """The momenta that the lattice's symmetries keep."""
-        parts = of_symmetries(self.lattice).items()
-        return tuple(SiteMomentum(name, part) for name, part in parts)
+        """The momenta of the lattice's symmetries; under contact those that nothing changes: no row
+        tells where in a step impulses act.
+        """
+        parts, gaps = of_symmetries(self.lattice).items(), self.lattice.has_contact
+        return tuple(SiteMomentum(name, part) for name, part in parts
+                     if not (gaps and is_changed(self.scheme, part)))  # fmt: skip
 
     @property
     def energy_changes(self) -> bool:
@@ -189,8 +198,11 @@ class LatticeSystem(System):
         return self.scheme
 
     def usual_steps(self, claimed: bool = True) -> int:
-        """Return enough steps of a known lattice to show slow changes."""
-        return self.known.steps
+        """Return enough steps of a known lattice to show slow changes; those of the duration under
+        contact, where each impact is found in Python.
+        """
+        most = self.steps_for(self.lattice.step) if self.lattice.has_contact else self.known.steps
+        return min(most, self.known.steps)
 
     def long_run(self, steps: int, progress: Progress) -> LongRun:
         """Return the run by `following.followed`, with momenta only for the shortest run."""
@@ -220,43 +232,71 @@ class LatticeSystem(System):
     def rates(self, run: LongRun) -> dict[str, float]:
         """Return the largest |dJ/dt| of the momenta of a lattice's symmetries, over their terms.
 
-        It is by the equations of motion at DRAWN states, near to those of a run and beside them by
-        shares of their size (x only on pairs), at times drawn over the motion; states where the
-        equations are not real are left out. Constraints would be left by such states: it is empty.
+        It is by the equations of motion without forces at DRAWN states, near to those of a run and
+        beside them; states where the equations are not real are left out. Constraints would be left
+        by such states: it is empty.
         """
-        parts, lattice = of_symmetries(self.lattice), self.lattice
+        parts, lattice, scheme = of_symmetries(self.lattice), self.lattice, self.scheme
         if not parts or lattice.constraint is not None:
             return {}
+        if lattice.forced:
+            scheme = self.case.scheme_on(replace(lattice, force=None, bond_force=None))
         drawn, (x0, near) = np.random.default_rng(0), lattice.start
-        states: list[Any] = run.states
-        fields = [field_of(self.scheme, x0.shape, near, part=e) for e in (np.asarray, abs)]
-        most = [max(float(abs(row[k]).max(initial=0)) for row in states) or 1.0 for k in (1, 2)]
-        most[0] *= lattice.groupoid.canonical
+        fields = [field_of(scheme, x0.shape, near, part=e) for e in (np.asarray, abs)]
         worst = dict.fromkeys(parts, 0.0)
-        for _, *row in itertools.islice(itertools.cycle(states), DRAWN):
-            t, share = drawn.uniform(0, run.t[-1]), 2.0 ** -drawn.uniform(1, FAINT)
-            x, mu = (e + share * size * lattice.free[:, None] * drawn.uniform(-1, 1, e.shape)
-                     for e, size in zip(row, most, strict=True))  # fmt: skip
+        for _, *row in itertools.islice(itertools.cycle(run.states), DRAWN):
+            t, (x, mu) = drawn.uniform(0, run.t[-1]), self._beside(run.states, row, drawn)
             with np.errstate(all="ignore"), suppress(CannotMeasure):
                 rates, sizes = (
                     [e.reshape(len(x), -1) for e in np.split(of(t, np.r_[x.ravel(), mu.ravel()]),
                                                              [x.size])] for of in fields
                 )  # fmt: skip
                 for name, part in parts.items():
-                    one = change(self.scheme, part, (x, mu), rates, sizes)
+                    one = change(scheme, part, (x, mu), rates, sizes)
                     worst[name] = max(worst[name], one if math.isfinite(one) else 0.0)
         return worst
 
-    def moved(self, name: str, state: Pair, size: float) -> float:
-        """Return the change of a momentum, over its terms, where a fault moves x and μ.
+    def _beside(self, states: Sequence[Any], row: Sequence[Any], drawn: Any) -> list[Any]:
+        """Return a row's x and μ, changed by drawn shares of their size; x only on pairs."""
+        lattice, share = self.lattice, 2.0 ** -drawn.uniform(1, FAINT)
+        most = [max(float(abs(at[k]).max(initial=0)) for at in states) or 1.0 for k in (1, 2)]
+        most[0] *= lattice.groupoid.canonical
+        return [e + share * size * lattice.free[:, None] * drawn.uniform(-1, 1, e.shape)
+                for e, size in zip(row, most, strict=True)]  # fmt: skip
 
-        It moves each entry by that share of its size, up or down.
+    def worked(self, name: str) -> bool:
+        """Return True if forces of sites, or of bonds on both of their ends, change a momentum."""
+        return self.lattice.forced and is_worked(self.scheme, of_symmetries(self.lattice)[name])
+
+    def less_work(
+        self, names: Sequence[str], steps: int, rows: int
+    ) -> list[tuple[float, dict[str, float]]]:
+        """Return `lattice_work.less_work` of steps from rows of a run, and from states beside them.
+
+        Constraints would be left by such states: with these they are of the run alone.
+        """
+        every, of_all = max(1, steps // rows), of_symmetries(self.lattice)
+        parts, flow = {name: of_all[name] for name in names}, self.flow(self.lattice.step)
+        drawn, gaps = np.random.default_rng(0), list[tuple[float, dict[str, float]]]()
+        for block in flow.blocks(steps, every, size=1) if parts else ():
+            row = float(block.t[0]), block.x[0], block.mu[0]
+            states = [row]
+            if self.lattice.constraint is None:
+                states.append((row[0], *self._beside([row], row[1:], drawn)))
+            made = [less_work(flow, parts, *state) for state in states]
+            gaps.append((row[0], {name: max(one[name] for one in made) for name in parts}))
+        return gaps
+
+    def moved(self, name: str, state: Pair, size: float) -> float:
+        """Return the largest change of a momentum, over its terms, by DRAWN faults of x and μ.
+
+        Each moves each entry by that share of its size, up or down.
         """
         drawn, part = np.random.default_rng(0), of_symmetries(self.lattice)[name]
-        fault = [e * (1 + size * drawn.choice((-1, 1), e.shape)) for e in state]
-        before, after = (momentum(self.scheme, part, *at)[:, :, 0] for at in
-                         ([e[None] for e in pair] for pair in (state, fault)))  # fmt: skip
-        return float(abs(after[0] - before[0]).max() / (before[1].max() or 1.0))
+        faults = [state] + [[e * (1 + size * drawn.choice((-1, 1), e.shape)) for e in state]
+                            for _ in range(DRAWN)]  # fmt: skip
+        values, terms = momentum(self.scheme, part, *map(np.stack, zip(*faults, strict=True)))
+        return float(abs(values - values[:, :1]).max() / (terms[:, 0].max() or 1.0))
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]]:
         """Return some states of a long run, including the first and the last."""

@@ -69,9 +69,16 @@ def _row(run: Any, k: int) -> Any:
     return SimpleNamespace(**columns)
 
 
-def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Return (2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and its terms' sum."""
+def momentum(
+    scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray, of: np.ndarray | None = None
+) -> np.ndarray:
+    """Return (2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and its terms' sum.
+
+    of: the numbers of the sites whose x and μ they are; all in their order if None.
+    """
     (s, p, sites), entries = scheme.terms[0], entries_of(scheme, part)
+    if of is not None:
+        p, sites = [e[of] if np.ndim(e) else e for e in p], np.arange(len(of))[:, None]
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = numeric(letters, [entries, list(map(absolute_terms, entries))], NUMBERS, columns=True)
     return _summed(f, p, sites, x, mu)
@@ -239,7 +246,8 @@ def sum_round_off(sites: int) -> int:
 def entries_of(scheme: Any, part: Part) -> list[Any]:
     """Return the expressions of a part in the letters of a site."""
     s, k = scheme.equations.site.s, scheme.lattice.matrix_size
-    return list(part(s.x.reshape(k, k) if k else s.x, s.mu, s.parameters))
+    x = s.position
+    return list(part(x.reshape(k, k) if k else x, s.mu, s.parameters))
 
 
 def of_symmetries(lattice: Any) -> dict[str, Part]:

@@ -23,6 +23,7 @@ from discmech.integrators.equations import (
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, mpmath, numeric
+from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Progress
 from .moving_energy import moving_energy
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 MOST_ROWS = 10**6
 FAR = 4  # an error of so many times the sum of the energy's terms at the start is an escape
 COLUMN = 2**14  # rows that are evaluated at once
+#: flights, the longest of a run under contact, and the steps of the shortest one
+FLIGHTS, SHORTEST = 2, 8
+UNDER_CONTACT = 4096  # most steps of a run under contact, where each impact is found in Python
 
 
 def interval(steps: int) -> int:
@@ -171,14 +175,36 @@ def usual_steps(case: Case, claimed: bool = True) -> int:
     """Return the steps of a long run in double precision: a million for a formula.
 
     For a program it is the number that it can make soon, or the scene's duration if nothing is
-    claimed.
+    claimed; and under contact that duration, up to `UNDER_CONTACT` steps.
     """
+    if case.scene.contact is not None:
+        return min(UNDER_CONTACT, int(case.scene.steps_for(case.scene.step)))
     if case.rule.is_formula:
         return 10**6
     if not claimed:
         return int(case.scene.steps_for(case.scene.step))
     long_run: int = getattr(case.rule, "long_run", 10**6)
     return long_run
+
+
+def flights(scene: Scene, run: Any) -> list[Scene]:
+    """Return the scene without its contact, begun at its longest flights, each as long as that.
+
+    run: one under its contact: without, the motion from its start may go where the scene never is.
+    With explicit time only the start's own flight is known: a scene begins at t = 0.
+    """
+    free = scene.with_values(contact=None)
+    struck = [-1, *np.flatnonzero(abs(run.impulses).any(axis=(1, 2))), len(run.t) - 1]
+    lengths = sorted(((b - a, a + 1) for a, b in itertools.pairwise(struck) if b - a > SHORTEST),
+                     reverse=True)  # fmt: skip
+    if scene.timed:
+        lengths = [flight for flight in lengths if flight[1] == 0]
+    n, pieces = len(scene.x0), []
+    for count, k in lengths[:FLIGHTS]:
+        start = {} if k == 0 else {"x0": [*map(float, run.base[k][:n])],
+                                   "v0": [*map(float, run.u[k])]}  # fmt: skip
+        pieces.append(free.with_values(duration=(count - 1) * scene.step, **start))
+    return pieces or [free]
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -126,8 +126,23 @@ class System(ABC):
         """Return (H, the sum of its absolute terms) per row of a run, (r,) each."""
 
     def rates(self, run: Any) -> dict[str, float]:
-        """Return the largest |dJ/dt| of its own `momenta` beside a run, over their terms."""
+        """Return the largest |dJ/dt| of its own `momenta` beside a run without forces, over their
+        terms.
+        """
         return {}
+
+    def worked(self, name: str) -> bool:
+        """Return True if a force changes that one of its own `momenta`."""
+        return False
+
+    def less_work(
+        self, names: Sequence[str], steps: int, rows: int
+    ) -> list[tuple[float, dict[str, float]]]:
+        """Return (t, change of each in a step less the work of forces) along a run and beside it.
+
+        The changes are over their terms (`momenta`). rows: how many of the run's are taken.
+        """
+        return []
 
     def moved(self, name: str, state: Any, size: float) -> float:
         """Return the change of a momentum by a fault of that size, over its terms (`momenta`)."""

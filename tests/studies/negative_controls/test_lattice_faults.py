@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import sympy
 
-from discmech import trapezoidal
+from discmech import Lattice, midpoint, pair, trapezoidal
+from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import lattice_equations
 from discmech.integrators.extensions.lattices.lattice_equations import LatticeEquations
 from discmech.integrators.groupoids import clock
 from discmech.studies import get
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, Choice
 from tests.integrators.extensions.lattices.test_lattices import fput
 from tests.laws.test_lattices_as_scenes import CHAINS
 from tests.studies.as_json import run_case
@@ -46,3 +49,74 @@ def test_a_fault_of_the_machinery_is_seen(monkeypatch, name, place, word, fault,
     monkeypatch.setattr(place, word, fault)
     wrong = Case("order", fput(name, step="1/10", **CHAINS[name]), trapezoidal, digits)
     assert run_case(study, wrong)["verdict"] == "fail"
+
+
+def damper(off=0):
+    """A bond's friction, whose impulse at its second end is too small by a share."""
+    return {"bond_force": lambda x, y, v, w, p: [
+        (w[0] - v[0]) / 9, (1 - sympy.Rational(off)) * (v[0] - w[0]) / 9]}  # fmt: skip
+
+
+def drag(off=0):
+    """A friction of each site, which is too large by a share."""
+    return {"force": lambda x, v, p: [-(v[0] + v[0] ** 3 / 9) * (1 + sympy.Rational(off)) / 7]}
+
+
+def damped(**forces):
+    given = {"on_bond": lambda x, y, p: -((y[0] - x[0]) ** 2) / 2 - (y[0] - x[0]) ** 3 / 9,
+             "on_site": lambda x, v, p: v[0] ** 2 / 2, "step": "1/10"} | forces  # fmt: skip
+    return Lattice("damped", pair(1), 6, x0=np.sin(np.arange(6.0))[:, None],
+                   v0=np.cos(np.arange(6.0))[:, None], symmetries={"shift": lambda x, p: [1]},
+                   **given)  # fmt: skip
+
+
+BENT = {"on_site": lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 10**7}
+TIMED = {"on_bond": lambda x, y, p, t: -((y[0] - x[0]) ** 2) * (1 + sympy.sin(t) / 3) / 2}
+
+
+@pytest.mark.parametrize(("forces", "taken", "verdict"), [
+    (damper(), None, "pass"), (damper(), damper("1e-6"), "fail"),
+    (drag(), None, "pass"), (drag(), drag("1e-6"), "fail"),
+    (damper() | drag(), damper("1e-6") | drag(), "fail"), (damper(1) | drag(), None, "pass"),
+    (damper() | BENT, None, "fail"), (TIMED, None, "pass"),
+])  # fmt: skip
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "midpoint",
+        "trapezoidal",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("gauss-2", "suzuki:rectangle")),
+    ],
+)
+def test_momenta_change_by_the_work_of_forces(forces, taken, verdict, rule, monkeypatch):
+    """taken: the forces that the kernels have, if they are others than the lattice's."""
+    if taken is not None:
+        if rule == "gauss-2":
+            return  # its kernels are made elsewhere
+        honest = LatticeEquations.system.func
+
+        def faulty(self):
+            return honest(LatticeEquations(replace(self.lattice, **taken), self.rule))
+
+        monkeypatch.setattr(LatticeEquations, "system", property(faulty))
+    case = Case("momentum", damped(**forces), rules.get(rule), 16, 200)
+    assert get("momentum").cases(Choice((case.scene,), (case.rule,)))
+    found = run_case(get("momentum"), case)
+    assert found["verdict"] == verdict, found["reason"]
+
+
+@pytest.mark.parametrize(("more", "rule", "verdict"), [
+    ({}, midpoint, "pass"), (BENT, midpoint, "fail"),
+    ({"contact": lambda x, p: [x[0] + 1]}, midpoint, None), (drag(), midpoint, None),
+])  # fmt: skip
+def test_a_momentum_goes_through_impacts_on_bonds(more, rule, verdict):
+    """One that the gaps or a force change is not judged: where impulses act no row tells."""
+    balls = replace(damped(**more), on_bond=lambda x, y, p: 0 * x[0], restitution="9/10",
+                    bond_contact=lambda x, y, p: [y[0] - x[0] - 1], duration=4, step="1/50",
+                    x0=1.05 * np.arange(6.0)[:, None], v0=np.eye(6)[:, :1])  # fmt: skip
+    case = Case("momentum", balls, rule, 16)
+    if verdict is None:
+        assert not get("momentum").cases(Choice((balls,), (rule,)))
+        return
+    found = run_case(get("momentum"), case)
+    assert found["verdict"] == verdict and case.scheme.flow("1/50").trajectory(200).impacts.t.size

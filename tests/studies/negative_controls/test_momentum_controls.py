@@ -4,12 +4,13 @@ import pytest
 import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, discretisation, one_step, pair, scenes
+from discmech.integrators.extensions.contact import ContactFlow
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.integrators.rules.maps import rkmk_4
 from discmech.integrators.scene import Conserved
 from discmech.studies import check, get
 from discmech.studies.causes.round_off import lost_one_way
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.result import result_of
 from discmech.studies.evidence.measuring import single_steps
 from discmech.studies.momentum import measuring as momentum
@@ -18,6 +19,7 @@ from discmech.tests.bench.power.catalogue import everything
 from discmech.tests.bench.power.faults import scene_of
 from discmech.tests.bench.power.sites import FaultyCase
 from tests.objects import PLAIN, with_wrong_force
+from tests.studies import contact_trials
 from tests.studies.as_json import run_case
 from tests.studies.cached_results import measured
 from tests.studies.programs import methods
@@ -310,3 +312,70 @@ def test_what_a_loose_solver_loses_is_no_excuse():
     found = {k: run_case(get("momentum"), of, causes=False) for k, of in by_digits.items()}
     assert found[16]["verdict"] == "fail" and lost_one_way(by_digits[16], 1000) == 0
     assert found[34]["measured"]["drift"]["|μ|²"] < found[16]["expected"]["limit"]
+
+
+RING = Scene(
+    "ring", pair(2), lambda x, v, p: v.dot(v) / 2 - x.dot(x) / 2, restitution=1,
+    contact=lambda x, p: [1 - sympy.sqrt(x.dot(x))], impacts="located", duration=6, step="1/20",
+    x0=["0.3", "0.1"], v0=["0.7", "1.1"],
+    symmetries=[Conserved("about the origin", lambda x, mu, p: angular(x, mu))],
+)  # fmt: skip
+DAMPING = {"force": lambda x, v, p: [-v[0] / 9, -v[1] / 9]}
+ROUGH = {"friction": "1/5", "restitution": "4/5"}
+PLANE = {"contact": lambda x, p: [x[0] + x[1] / 5 + sympy.Rational(1, 2)]}
+OVAL = {"lagrangian": lambda x, v, p: v.dot(v) / 2 - x.dot(x) / 2 + x[0] ** 2 / 10**7}
+
+
+@discretisation(order=2)
+def pulled_aside(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 2), u) + h**3 * x[0] ** 2 / 10**6
+
+
+def turned_normal(flow):
+    flow.gaps_kind = type("Tilted", (contact_trials.Turned,), {"size": 1e-6})
+
+
+def lost_at_impacts(flow):
+    own = flow._steps
+    made = contact_trials.LostMomentum(own.gaps, own.h, own.part, own.e, own.stepped, size=1e-6)
+    flow.__dict__["_steps"] = made
+
+
+@pytest.mark.parametrize(("more", "rule", "fault", "verdict"), [
+    ({}, midpoint, None, "pass"), ({}, pulled_aside, None, "fail"),
+    ({}, midpoint, turned_normal, "fail"), ({}, midpoint, lost_at_impacts, "fail"),
+    (PLANE, midpoint, None, "pass"), (PLANE, midpoint, lost_at_impacts, "fail"),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in [
+        ({"impacts": "stepped"}, midpoint, None, "pass"), (OVAL, midpoint, None, "fail"),
+        (PLANE, midpoint, turned_normal, "fail"), (PLANE, pulled_aside, None, "fail"),
+        (ROUGH, midpoint, None, "pass"), (ROUGH, midpoint, turned_normal, "fail"),
+        (DAMPING, midpoint, None, "pass"), (DAMPING, midpoint, turned_normal, "fail"),
+    ]),
+])  # fmt: skip
+@pytest.mark.parametrize("digits", [16, pytest.param(50, marks=pytest.mark.slow)])
+def test_momenta_go_through_impacts(more, rule, fault, verdict, digits, monkeypatch):
+    """A wall with the symmetry keeps a momentum, and changes any other one by its impulses."""
+    honest = Scheme.flow
+
+    def flow(*given, **how):
+        made = honest(*given, **how)
+        if fault is not None and isinstance(made, ContactFlow):
+            fault(made)
+        return made
+
+    monkeypatch.setattr(Scheme, "flow", flow)
+    case = Case("momentum", RING.with_values(**more), rule, digits, 100)
+    assert get("momentum").cases(Choice((case.scene,), (rule,), digits=(digits,)))
+    found = run_case(get("momentum"), case)
+    assert found["verdict"] == verdict, found["reason"]
+    if fault is None and verdict == "pass":
+        assert found["reason"].count(" impacts") and "has 0 impacts" not in found["reason"]
+
+
+def test_a_gap_that_stays_closed_leaves_nothing_to_judge():
+    """Where in a step the impulses of friction act is nowhere told."""
+    floor = RING.with_values(lagrangian=lambda x, v, p: v.dot(v) / 2 - x[1], friction="1/5",
+                             contact=lambda x, p: [x[1]], x0=[0, 0], v0=[3, 0],
+                             symmetries=[Conserved("along", lambda x, mu, p: mu[0])])  # fmt: skip
+    found = measured("momentum", floor, midpoint, 16, 40)
+    assert found["verdict"] == "inconclusive" and "where its impulses act" in found["reason"]
