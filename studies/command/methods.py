@@ -11,6 +11,8 @@ from discmech.integrators import Discretisation, Scheme, scenes
 from discmech.integrators.errors import DiscmechError
 
 from ..core.parts import parts_of
+from ..core.side_by_side import answer
+from ..core.store import Store
 from ..report.formulas import Typesetter, display, spaced
 from .stage_sums import StageSum
 
@@ -23,41 +25,40 @@ LETTERS = "l is the Lagrangian, b(x, w) the point to which w leads from x, y = b
 STAGES = ", s the internal stages, in which L_d is stationary, V the velocity of a curve"
 
 
-def about_methods(pairs: Iterable[tuple[Any, Discretisation]]) -> list[dict[str, Any]]:
-    """Return {"name", "facts", "words", "formula", "letters", "code"} of each rule, in order."""
+def about_methods(
+    pairs: Iterable[tuple[Any, Discretisation]], store: Store | None = None
+) -> list[dict[str, Any]]:
+    """Return {"name", "facts", "words", "formula", "letters", "code"} of each rule, in order.
+
+    Formulas are kept in the store.
+    """
     met: dict[str, tuple[Any, Discretisation]] = {}
     for scene, rule in pairs:
         met.setdefault(rule.name, (scene, rule))
-    return [_about(scene, rule) for scene, rule in met.values()]
+    return [_about(scene, rule, store) for scene, rule in met.values()]
 
 
-def _about(scene: Any, rule: Discretisation) -> dict[str, Any]:
+def _about(scene: Any, rule: Discretisation, store: Store | None) -> dict[str, Any]:
     base = rule.of_step
     facts = [rule.kind, f"order {rule.order} declared" if rule.order else "no order declared"]
     words = [(inspect.getdoc(base.formula) or "").partition(" Raises `")[0]]
     if rule.method is not None:
         words.insert(0, _composed(rule))
-    terms = _terms(scene, base)
+    formula = _formula(scene, base, store)
     return {
         "name": rule.name,
         "facts": facts,
         "words": [said for said in words if said],
-        "formula": _typeset(*terms) if terms else "",
-        "letters": _letters(rule, base) if terms else "",
+        "formula": formula,
+        "letters": _letters(rule, base) if formula else "",
         "source": "" if rule.source in words else rule.source,
-        "code": "" if terms else _text(base.formula),
+        "code": "" if formula else _text(base.formula),
     }
 
 
 def _letters(rule: Discretisation, base: Discretisation) -> str:
     words = LETTERS + (STAGES if base.stages else "")
     return words + ("." if rule is base else ". The formula is that of one substep, of size h.")
-
-
-def _typeset(letters: Any, terms: Any) -> str:
-    from sympy import Symbol
-
-    return display(spaced(Typesetter(letters).equation([Symbol("L_d")], terms)))
 
 
 def _composed(rule: Any) -> str:
@@ -68,23 +69,28 @@ def _composed(rule: Any) -> str:
     return f"A step of size h is made of substeps by {of}, of sizes {' h, '.join(shares)} h."
 
 
-def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
-    """Return (letters' names, terms of L_d), or None if no short weighted sum of values of l."""
+def _formula(scene: Any, rule: Discretisation, store: Store | None) -> str:
+    """Return the formula of L_d, or "" if it is no short weighted sum of values of l."""
     if not rule.asks_lagrangian or rule.splits or rule.stages > MOST_STAGES:
-        return None
+        return ""
     plain = scenes.get(PLAIN)
     scene = plain if rule.applies(plain) else scene
     try:
         if "sites" in parts_of(scene) or scene.discrete_lagrangian is not None:
-            return None
-        scheme = Scheme(scene, rule)
-        of = scheme.discrete.of
-        if not of.weighted:
-            return None
-        stage_sum = StageSum(scheme.s, of)
-        return stage_sum.letters, stage_sum.terms
+            return ""
+        return str(answer(formula_of, store, (scene, rule)))
     except (DiscmechError, AttributeError):  # verdicts report equations that cannot be derived
-        return None
+        return ""
+
+
+def formula_of(scheme: Scheme) -> str:
+    """Return the formula of a scheme's L_d, or "" if it is no weighted sum of values of l."""
+    from sympy import Symbol
+
+    if not (of := scheme.discrete.of).weighted:
+        return ""
+    whole = StageSum(scheme.s, of)
+    return display(spaced(Typesetter(whole.letters).equation([Symbol("L_d")], whole.terms)))
 
 
 def _text(function: Any) -> str:

@@ -93,7 +93,7 @@ def make_report(
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
     words = (results, equations, described, folder, command, drawn)
-    about_page = About("Report", methods=about_methods(plan.pairs), whole=whole)
+    about_page = About("Report", methods=about_methods(plan.pairs, store), whole=whole)
     tables = [proof_table(progress, store)] if whole else []
     if history is None:
         return results, write_report(*words, look=look, about=about_page, tables=tables)

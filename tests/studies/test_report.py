@@ -17,10 +17,12 @@ from discmech.studies import NAMES as ALL
 from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
+from discmech.studies.command.methods import about_methods
 from discmech.studies.core.case import Choice, Verdict
 from discmech.studies.core.family import same_steps, step_text
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.side_by_side import answer
+from discmech.studies.core.store import Store
 from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
 
@@ -136,6 +138,14 @@ def test_a_report_of_everything_leaves_out_digits_and_no_method():
         ran, of_few = ({part(c) for c in cases if c.digits == 50} for cases in (whole, few))
         assert ran == of_few
     assert sum(c.digits == 50 for c in few) < sum(c.digits == 50 for c in whole) / 3
+
+
+def test_formulas_of_methods_are_kept(monkeypatch):
+    pairs = [(scenes.get("pendulum"), rules.get(name)) for name in ("midpoint", "gauss-2")]
+    first = about_methods(pairs, Store())
+    assert "<math" in first[0]["formula"] and "stages" in first[1]["letters"]
+    monkeypatch.setattr("discmech.studies.core.side_by_side.scheme_of", pytest.fail)
+    assert about_methods(pairs, Store()) == first
 
 
 def test_the_page_needs_nothing_but_itself(made):
