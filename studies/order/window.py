@@ -104,29 +104,48 @@ def hidden_share(case: Case, rows: Sequence[Row], certain: float, slope: float) 
     linear in the errors. (Such a power moves the local order by its share, so the tolerance of an
     order is that of the share.) In the same way c₀hᵖ is there if it is more than r over what it
     would leave beside the other two. Of all windows that end at the finest error above round-off
-    and hold the line's points the least r/s counts: each of them bounds the same power. None if
+    and hold the line's points the least r/s counts: each of them bounds the same power. Those of x
+    and of μ alone count as well, since a fault of one hides under the error of the other. None if
     none is explained, r ≤ 1, with a first term, or if below p a lower power may be half of the
     error: then the line tells the order.
     """
-    order, least, best = case.order, floor(case, certain), math.inf
-    if not order or not (clear := _clear(case, rows, certain)):
+    clear, least = _clear(case, rows, certain), floor(case, certain)
+    if not case.order or not clear:
         return None
-    steps, errors = np.array([(abs(row.step), row.error) for row in clear]).T
-    weight = (2 ** STRAIGHT[case.digits == 16] - 1) * errors
+    best = _share(case, clear, [row.error or 0.0 for row in clear], certain)
+    if not (best < 0.5 or (case.order < slope and best < math.inf)):
+        return None
+    for part in ("error_x", "error_mu"):
+        known = {row: e for row in clear if (e := getattr(row, part) or 0.0) > least}
+        of_part = _share(case, [*known], [*known.values()], certain, of_part=True)
+        best = max(best, of_part if of_part < math.inf else 0.0)
+    return best
+
+
+def _share(
+    case: Case, clear: Sequence[Row], errors: Sequence[float], certain: float, of_part: bool = False
+) -> float:
+    """Return the least r/s of `hidden_share` for these errors, infinite if nothing explains them.
+
+    of_part: they are those of x or of μ alone, which may be of a higher order.
+    """
+    order, least, best = case.order or 1, floor(case, certain), math.inf
+    steps, sizes = np.array([abs(row.step) for row in clear]), np.array(errors)
+    weight = (2 ** STRAIGHT[case.digits == 16] - 1) * sizes
     weight += least * np.sqrt([row.steps for row in clear])
     own = range(order, order + MORE_POWERS + 1)
     lines = [k for k, row in enumerate(clear) if row.used]
     for first in range(1 + min([len(clear) - len(own) - SPARE, *lines[:1]])):
-        x, wide = steps[first:] / steps[-1], weight[first:]
-        rests, constant = beside_sum(x, errors[first:] / errors[-1], wide / errors[-1], own)
+        x, wide = steps[first:] / steps[-1], weight[first:] / sizes[-1]
+        rests, constant = beside_sum(x, sizes[first:] / sizes[-1], wide, own)
         left = np.abs(rests).max()
         of_first, of_lower = (
-            np.abs(beside_sum(x, x**power, wide / errors[-1], others)[0]).max()
+            np.abs(beside_sum(x, x**power, wide, others)[0]).max()
             for power, others in ((order, own[1:]), (order - 1, own))
         )
-        if left <= min(1, constant * of_first):
+        if left <= (1 if of_part else min(1, constant * of_first)):
             best = min(best, float(left / of_lower))
-    return best if best < 0.5 or (order < slope and best < math.inf) else None
+    return best
 
 
 def _local_orders(rows: Sequence[Row]) -> list[float]:
