@@ -22,7 +22,7 @@ from discmech.integrators.scene import Opaque, reads
 
 from ..core.limits import MADE_AGAIN
 from ..core.single_steps import ROW, Departure
-from .repeated import in_another_order
+from .repeated import ends_alike, in_another_order
 from .scan import NEARBY, peaks, run_of, steps_of
 
 #: where in a run the second and the third one begin, so that they end with it: drawn shares
@@ -54,6 +54,7 @@ def late_steps(scheme: Any) -> Departure | None:
         if rule.own_coordinates:  # a step made again begins at the attitude nearest to it
             states = np.array([flow.settled(z, k * flow.step) for k, z in enumerate(states)])
         row, gap = in_another_order(flow, states, scale)
+        gap = max(gap, float(ends_alike(flow, states[0], scale)))
     except DiscmechError:
         return None
     return Departure(

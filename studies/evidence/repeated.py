@@ -21,8 +21,9 @@ from discmech.reference import ReferenceFailure, many_motions
 from .rows import velocities
 from .scan import peaks
 
-OTHER_STEP = Fraction(7, 8)  # of a flow's step
-BESIDE = 0.01  # share of the motion's size by which a part of a start is changed
+OTHER_STEP = Fraction(5, 8)  # of a flow's step
+BESIDE = 1 / 16  # share of the motion's size by which a part of a start is changed
+SHORT = 16  # steps of the runs from starts that share a part
 ENDS = 8  # rows of a run, beside those that stand out, for which runs that end there are made
 
 
@@ -49,12 +50,12 @@ def repeated(flow: Any, z: Vector, scale: Vector, steps: int, t0: Any = 0, seed:
     """
     rule, n = flow.scheme.rule, flow.system.n
     run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=t0)
-    if _ends_alike(flow, z, scale, t0):
-        return Again(1.0, error=0.0)
     states = np.hstack([run.x, run.mu]).astype(float)
     if rule.repeats:
         row, gap = in_another_order(flow, states, scale, t0)
         return Again(gap, row)
+    if ends_alike(flow, z, scale, min(steps, SHORT), t0):
+        return Again(1.0, error=0.0)
     drawn = np.random.default_rng(seed).integers(1, steps + 1, ENDS)
     smooth = sorted(peaks(states / scale, 1, rule.unit(16)), reverse=True)[:ENDS]
     rows = np.unique([*drawn, *(row for _, row in smooth if row), steps])
@@ -87,13 +88,13 @@ def _motion(
     return np.hstack([ends.x, ends.mu]), np.maximum.accumulate(np.maximum(1.0, grown))
 
 
-def _ends_alike(flow: Any, z: Vector, scale: Vector, t0: Any) -> bool:
-    """True if starts that share x, or μ, have one end, or steps of two sizes.
+def ends_alike(flow: Any, z: Vector, scale: Vector, steps: int = SHORT, t0: Any = 0) -> bool:
+    """True if runs from starts that share x, or μ, have one end, or by steps of two sizes.
 
-    What is remembered is then known by a part of what it depends on. Raises `Displaced` if the
-    answer begins at an earlier start.
+    What is remembered is then known by a part of what it depends on. The starts are so far apart
+    that rounded answers are, too. Raises `Displaced` if the answer begins at an earlier start.
     """
-    n, own = flow.system.n, flow.map_of(1, t0)(z)
+    n, own = flow.system.n, flow.map_of(steps, t0)(z)
     other = flow.scheme.flow(flow.scheme.rule.step_for(OTHER_STEP * flow.step))
     made = [] if other.step == flow.step or np.array_equal(own, z) else [(other, z)]
     for part in (slice(n), slice(n, None)) if not flow.scheme.scene.all_constraints else ():
@@ -102,7 +103,7 @@ def _ends_alike(flow: Any, z: Vector, scale: Vector, t0: Any) -> bool:
         made += [(flow, moved)] * (not np.array_equal(moved, z))
     for by, start in made:
         try:
-            if np.array_equal(by.map_of(1, t0)(start), own):
+            if np.array_equal(by.map_of(steps, t0)(start), own):
                 return True
         except Displaced:
             raise
