@@ -58,8 +58,14 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
         return Verdict("fail", said, expected)
     resolution, expected["left"] = measured.resolution or 0.0, left
     if resolution <= may_hide(case, left):
-        said = f"{record.asked} {STEPS_ASKED} went back, all along the motion." * bool(record.asked)
-        return Verdict("pass", said, expected)
+        said = f"{record.asked} {STEPS_ASKED} went back, all along the motion" * bool(record.asked)
+        rough = [row for row in record.rows if (row.defect or 0.0) > may_hide(case, left)]
+        if rough:  # no defect is certain there
+            worst = max(rough, key=lambda row: row.defect or 0.0)
+            said = f"{said + ', but f' if said else 'F'}rom {len(rough)} of {len(record.rows)} "
+            said += f"places a step is too rough to tell, most {at_step(case, worst)}, where "
+            said += f"{worst.defect:.1e} of the motion is missed"
+        return Verdict("pass", f"{said}." if said else "", expected)
     said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "
     said += f"could be hidden, where a method of this order may leave {left:.1e}."
     return Verdict("inconclusive", said, expected)

@@ -130,6 +130,11 @@ def test_a_step_back_of_a_program_has_to_resolve_what_its_order_may_leave():
         told = judged("reversibility", program, measured={"resolution": hidden, "defect": 0.0,
                       "certain": 0.0}, rows=[], left=0.1)  # fmt: skip
         assert told[0] == verdict and bool(told[1]) == (verdict != "pass")
+    rows = [{"step": 0.1, "time": 2.0, "certain": 0.0, "defect": 0.2}]
+    told = judged("reversibility", program, measured={"resolution": 1e-12, "defect": 0.2,
+                  "certain": 0.0}, rows=rows, left=0.1)  # fmt: skip
+    assert told[:2] == ("pass", "From 1 of 1 places a step is too rough to tell, most at step 0.1, "
+                        "t = 2, where 2.0e-01 of the motion is missed.")  # fmt: skip
     rows = [{"step": 0.1, "time": 2.0, "certain": 0.2, "entry": "mu[0]"}]
     told = judged("reversibility", program, measured={"certain": 0.2, "defect": 0.2}, rows=rows)
     assert told[0] == "fail" and "most in mu[0], at step 0.1, t = 2:" in told[1]
