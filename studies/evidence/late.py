@@ -25,6 +25,7 @@ from ..core.single_steps import ROW, Departure
 from .repeated import ends_alike, in_another_order
 from .scan import NEARBY, peaks, run_of, steps_of
 
+OTHER_STEP = Fraction(8137, 10007)  # of the scene's: none that is remembered from a study
 #: where in a run the second and the third one begin, so that they end with it: drawn shares
 BEGIN = (0.05, 0.2), (0.2, 0.35)
 #: rows in which runs of a program whose own steps are others, as by an interpolation, are unlike by
@@ -68,7 +69,7 @@ def keeps_something(scheme: Any) -> bool:
 
     The scene in numbers is read, too: a program may write to it.
     """
-    flow = scheme.flow(scheme.rule.step_for(Fraction(scheme.scene.step)))
+    flow = scheme.flow(scheme.rule.step_for(OTHER_STEP * Fraction(scheme.scene.step)))
     fresh = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
     own = {*vars(fresh), *dir(SceneInNumbers)}
 
