@@ -22,52 +22,7 @@ __path__ = [
 ]  # in a checkout this file and its packages lie in one folder
 
 if TYPE_CHECKING:
-    from discmech.integrators import (
-        BadInput,
-        Bisection,
-        Conserved,
-        Control,
-        DiscmechError,
-        Discretisation,
-        EvolutionOperator,
-        Groupoid,
-        Lattice,
-        LocalGroupoid,
-        MatrixAlgebra,
-        Scene,
-        Scheme,
-        StepFailure,
-        action,
-        black_box,
-        cayley,
-        compose,
-        discrete_hamiltonian,
-        discretisation,
-        exponential,
-        external,
-        imex,
-        in_own_time,
-        lie_group,
-        mean_multipliers,
-        midpoint,
-        on_group,
-        one_step,
-        pair,
-        product,
-        recorded,
-        rectangle,
-        scenes,
-        se,
-        sl,
-        so,
-        splitting,
-        su,
-        trapezoidal,
-        vary,
-    )
-    from discmech.integrators import (
-        sp as sp,
-    )
+    from discmech.integrators import *
     from discmech.reference import solution
     from discmech.studies import check, explain, film, plot, prove, show
 
