@@ -33,14 +33,6 @@ def orders(result):
 
 
 @pytest.mark.slow
-def test_theta_rule():
-    found = example("theta_rule").main()
-    assert found["verdict"] == "pass"
-    for (_, rule), order in orders(found).items():
-        assert order == pytest.approx(1 if rule == "theta-1-3" else 2, abs=0.01)
-
-
-@pytest.mark.slow
 def test_toda_solitons():
     """Where all crossings should leave them, to the order of each rule; tr Lᵐ whatever N is."""
     toda = example("toda_solitons")
@@ -74,13 +66,6 @@ def test_three_bodies():
 
 
 @pytest.mark.slow
-def test_galerkin_rule():
-    found = example("galerkin_rule").main()
-    assert found["verdict"] == "pass"
-    assert list(orders(found).values()) == pytest.approx([4, 4], abs=0.01)
-
-
-@pytest.mark.slow
 def test_exact_series():
     found = example("exact_series").main()
     assert found["verdict"] == "pass"
@@ -88,27 +73,6 @@ def test_exact_series():
     for name in ("pendulum", "heavy-top", "kirchhoff"):  # what it is not for
         with pytest.raises(BadInput, match="exact-series-8 is for a free body"):
             Scheme(scenes.get(name), example("exact_series").eighth)
-
-
-@pytest.mark.slow
-def test_splitting():
-    found, run = example("splitting").main()
-    assert found["verdict"] == "pass"
-    assert abs(run.x).max() < 1.1
-
-
-@pytest.mark.slow
-def test_user_group():
-    """Its exponential has no closed form: the kernels call functions of matrices."""
-    found = example("user_group").main()
-    assert found["verdict"] == "pass"
-
-
-@pytest.mark.slow
-def test_user_action():
-    found, refusal = example("user_action").main()
-    assert found["verdict"] == "pass"
-    assert "not a groupoid" in refusal and "target of a product" in refusal
 
 
 @pytest.mark.slow
