@@ -152,33 +152,6 @@ def test_legendre_maps_from_their_definitions(scene, rule):
         assert not all_close(point.at(flipped), minus, 10)
 
 
-@pytest.mark.dear(
-    but=("rectangle", "pendulum", "by-", "on-", "own]", "imex", "body", "plane", "charged")
-)
-@pytest.mark.sampled
-@every_scheme
-def test_FL_W_and_omega(scene, rule):
-    """FL by differentiating F⁻ in u; W_γμ = e←_μ(e→_γ(L_d)) along the left-invariant curve."""
-    of = scheme(scene, rule)
-    point, m = Point(of), len(of.u)
-
-    def minus_at(u):
-        return point.at(of.legendre_minus, 2 * DIGITS, u=u)
-
-    FL, W, L = (point.at(part) for part in (of.FL, of.W, of.L))
-    for a in range(m):
-        e = eye(m)[:, a]
-        by_u = (minus_at(point.u + EPS * e) - minus_at(point.u - EPS * e)) / (2 * EPS)
-        assert all_close(FL[a, :], -by_u)
-        ahead, back = (point.g.product(point.x, point.u, s * e, point.h) for s in (EPS, -EPS))
-        assert all_close(W[:, a], (minus_at(ahead) - minus_at(back)) / (2 * EPS))
-    assert all_close(W, -FL.T * L)
-    omega = of.omega
-    assert omega.shape == (2 * m, 2 * m)
-    assert (omega + omega.T).is_zero_matrix
-    assert omega[:m, m:] == of.W
-
-
 def test_no_base_no_rho():
     of = scheme("rigid-body", "midpoint")
     assert of.rho.shape == (0, 3)

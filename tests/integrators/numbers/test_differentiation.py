@@ -21,13 +21,6 @@ EXPRESSIONS = [
 ]
 
 
-@pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
-def test_gradient_is_that_of_sympy(expression):
-    expected = [expression.diff(v) for v in (x, y, z)]
-    found = jacobian([expression], (x, y, z))
-    assert first_violation([f - e for f, e in zip(found, expected, strict=True)]) is None
-
-
 def test_jacobian_is_that_of_sympy():
     column = sympy.Matrix(EXPRESSIONS)
     difference = jacobian(column, (x, y, z)) - column.jacobian([x, y, z])
