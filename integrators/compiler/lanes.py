@@ -11,10 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.polynomial.polynomial import polyfromroots, polyint, polyval
 
-from ..numbers import Arithmetic, LazyModule, working_digits
+from ..numbers import Arithmetic, mpmath, working_digits
 from ..numbers.types import Function, Mpf, Namespace, Number, Vector
-
-mpmath = LazyModule("mpmath")
 
 #: digits ↦ [(node, weight)] in order, on [0, 1]
 Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]
@@ -35,7 +33,8 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
     of_numbers = {**functions, "helper": elementwise, "table": elementwise}
     own = {} if numbers.digits == 16 else of_numbers
     return own | {
-        "blank": _blank,
+        # as lists, which Python reads sooner than the arrays of `zeros`
+        "blank": lambda rows, columns: [[0] * columns for _ in range(rows)],
         "lane": lambda v, j: v[j],
         "total": lambda v: sum(v),
         "larger": np.maximum,
@@ -46,11 +45,6 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
         "PYTHON": numbers.digits > 16,
         "MOST_SWEEPS": SWEEPS * numbers.digits,
     }  # fmt: skip
-
-
-def _blank(rows: int, columns: int) -> list[list[Number]]:
-    """Return rows of zeros as lists, which Python reads sooner than the arrays of `zeros`."""
-    return [[0] * columns for _ in range(rows)]
 
 
 def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:

@@ -187,18 +187,15 @@ class Single(Double):
     dtype: DType = np.float32
 
     def namespace(self) -> Namespace:
-        """Return what generated text needs: functions, the number type R, constants."""
         functions = self.array_namespace()
         return {**super().namespace(), **functions, "EPS": np.float32(self.eps),
                 "ROOT_EPS": np.float32(2.0**-12), "HUGE": np.float32(1e30),
                 "array": self.array}  # fmt: skip
 
     def array_namespace(self) -> Namespace:
-        """Return what generated text needs to compute on whole columns of numbers."""
         return {**super().array_namespace(), "R": np.float32, "PI": np.float32(math.pi)}
 
     def number(self, value: Exact | Number, what: str = "value") -> Number:
-        """Return an exact value, float or mpf as a number of this kind."""
         real = np.float32(super().number(float(value) if isinstance(value, np.floating) else value,
                                          what))  # fmt: skip
         if not np.isfinite(real):
@@ -206,15 +203,12 @@ class Single(Double):
         return real
 
     def public(self, array: Numbers) -> np.ndarray:
-        """Return an array of numbers of single precision."""
         return np.asarray(array, dtype=np.float32)
 
     def zeros(self, *shape: int) -> np.ndarray:
-        """Return an array of zeros of this kind."""
         return np.zeros(shape, dtype=np.float32)
 
     def identity(self: Arithmetic, size: int) -> Matrix:
-        """Return the identity matrix of this kind."""
         return np.eye(size, dtype=np.float32)
 
 

@@ -50,7 +50,6 @@ class OneStepMap(Discretisation):
     asks_lagrangian: ClassVar[bool] = False  # it follows the vector field
 
     def refusal(self, scene: Scene) -> str:
-        """Return a sentence that says why the map has no meaning for the scene, or ""."""
         asked = ["a one-step map"]
         if self.one_form or self.groupoids:
             asked.append("a map of one-forms" if self.one_form else "a map of positions")

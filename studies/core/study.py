@@ -257,7 +257,6 @@ class StudyFolder(Study):
 
     @property
     def needs(self) -> str:
-        """The reason why it may apply to nothing that was chosen."""
         return str(self.measuring.NEEDS)
 
     @cached_property
@@ -288,7 +287,6 @@ class StudyFolder(Study):
     verdict = judge
 
     def diagnose(self, case: Case, measurement: Measurement) -> Mapping[str, Any] | None:
-        """Return the cause of a verdict that is not a pass, if it can be found."""
         from .parts import parts_of
 
         if "sites" in parts_of(case.scene):  # others are found in the equations of a scene
@@ -303,19 +301,16 @@ class StudyFolder(Study):
 
     @property
     def tells_causes(self) -> bool:
-        """True if it seeks the cause of a verdict that is not a pass."""
         return hasattr(self.judging, "diagnose")
 
     def measure_more(
         self, case: Case, measurement: Measurement, said: Verdict
     ) -> Mapping[str, Any]:
-        """Return further measurements that are made only if the first verdict is not a pass."""
         numbers: Mapping[str, Any] = self.measuring.measure_more(case, measurement, said)
         return numbers
 
     @property
     def measures_more(self) -> bool:
-        """True if it may measure more after a first verdict that is not a pass."""
         return hasattr(self.measuring, "measure_more")
 
     def _hook(self, name: str, otherwise: Any, *arguments: Any) -> Any:

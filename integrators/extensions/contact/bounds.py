@@ -252,10 +252,6 @@ def _cosine(a: Interval) -> Interval:
     return np.where(bottom, -1.0, low), np.where(top, 1.0, high)
 
 
-def _sine(a: Interval) -> Interval:
-    return _cosine((a[0] - np.pi / 2, a[1] - np.pi / 2))
-
-
 def _tangent(a: Interval) -> Interval:
     same = np.floor(np.divide(a[0], np.pi) + 0.5) == np.floor(np.divide(a[1], np.pi) + 0.5)
     return np.where(same, np.tan(a[0]), -np.inf), np.where(same, np.tan(a[1]), np.inf)
@@ -284,7 +280,8 @@ RULES: dict[str, Callable[..., Interval]] = {
     "asin": _rising(np.arcsin), "sinh": _rising(np.sinh), "tanh": _rising(np.tanh),
     "asinh": _rising(np.arcsinh), "acosh": _rising(np.arccosh, 1.0), "sign": _rising(np.sign),
     "acos": lambda a: (np.arccos(a[1]), np.arccos(a[0])), "cosh": _hyperbolic_cosine,
-    "cos": _cosine, "sin": _sine, "tan": _tangent, "Abs": _size, "atan2": _angle,
+    "sin": lambda a: _cosine((a[0] - np.pi / 2, a[1] - np.pi / 2)),
+    "cos": _cosine, "tan": _tangent, "Abs": _size, "atan2": _angle,
     "Heaviside": _rising(lambda v: np.heaviside(v, 0.5)),
     "Max": lambda *a: tuple(_of_all(np.maximum, ends) for ends in zip(*a, strict=True)),
     "Min": lambda *a: tuple(_of_all(np.minimum, ends) for ends in zip(*a, strict=True)),

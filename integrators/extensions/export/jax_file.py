@@ -106,13 +106,10 @@ class Jax(Python):
     words: ClassVar[dict[type, str]] = {**Python.words, ast.And: "&", ast.Or: "|"}
     joined: ClassVar[int] = 9
 
-    def _tuple(self, e: ast.Tuple) -> str:
-        inner = ", ".join(map(self.of, e.elts))
-        return f"({inner},)" if len(e.elts) == 1 else f"({inner})"
-
     def _written(self, e: ast.expr) -> tuple[str, int]:
         if isinstance(e, ast.Tuple):
-            return self._tuple(e), 9
+            inner = ", ".join(map(self.of, e.elts))
+            return f"({inner},)" if len(e.elts) == 1 else f"({inner})", 9
         if isinstance(e, ast.List):
             return f"[{', '.join(map(self.of, e.elts))}]", 9
         return super()._written(e)

@@ -34,7 +34,6 @@ class Julia(Printer):
         self.owner, self.scratch = "", list[str]()
 
     def attribute(self, owner: str, name: str) -> str:
-        """Return a field of the state."""
         return f"{owner}.{name}"
 
     def index(self, e: ast.expr) -> str:
@@ -44,15 +43,12 @@ class Julia(Printer):
         return f"{self.of(e, 5)} + 1"
 
     def power(self, base: ast.expr, exponent: ast.expr) -> tuple[str, int]:
-        """Return a power, with its binding strength."""
         return f"{self.of(base, 9)}^{self.of(exponent, 9)}", 8
 
     def about(self, text: str) -> None:
-        """Write what a function does."""
         self.lines.append(f'"{" ".join(text.split())}"')
 
     def head(self, f: ast.FunctionDef) -> None:
-        """Write the first line of a function."""
         kinds = {"float": "::Float64", "int": "::Int", "bool": "::Bool", "Vector": "", "Out": "",
                  "State": "::State"}  # fmt: skip
         self.owner = f.name
@@ -69,7 +65,6 @@ class Julia(Printer):
         return f"{name} = fill!({own}, 0.0)"
 
     def declared(self, kind: str) -> str:
-        """Return the declaration of a letter, {}, of a kind of number."""
         local = "local " if self.depth > 1 else ""
         return local + "{}::" + {"float": "Float64", "int": "Int", "bool": "Bool"}[kind]
 

@@ -30,15 +30,12 @@ class Python(Printer):
     said: str = ""
 
     def attribute(self, owner: str, name: str) -> str:
-        """Return a field of the state."""
         return f"{owner}.{name}"
 
     def choice(self, test: str, yes: str, no: str) -> str:
-        """Return one of two values."""
         return f"{yes} if {test} else {no}"
 
     def power(self, base: ast.expr, exponent: ast.expr) -> tuple[str, int]:
-        """Return a power, with its binding strength."""
         return f"{self.of(base, 9)}**{self.of(exponent, 9)}", 8
 
     def put(self, text: str) -> None:
@@ -65,7 +62,6 @@ class Python(Printer):
         """Write nothing: Python does not mind."""
 
     def array(self, name: str, size: str) -> str:
-        """Return the statement that makes an array of zeros."""
         return f"{name} = [0.0] * {size}"
 
     def declared(self, kind: str) -> str:

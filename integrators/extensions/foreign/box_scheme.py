@@ -18,7 +18,6 @@ class BoxEquations(StepEquations):
     """The scene's letters and a box, whose step has no formula."""
 
     def refused(self, name: str) -> CannotMeasure:
-        """Return the refusal of `name`, an attribute of equations."""
         return CannotMeasure(
             f"{self.rule.name} is a black box, a function of numbers: it has no {name}."
         )

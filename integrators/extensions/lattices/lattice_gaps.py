@@ -230,7 +230,6 @@ class LatticeGaps(Gaps):
         return matrix
 
     def at_start(self, x: np.ndarray) -> Place:
-        """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
         largest = max(abs(self.of_sites(x)).max(), abs(self.lattice.start[0]).max())
         return self.at(x, self.at(x).scale * largest)
 

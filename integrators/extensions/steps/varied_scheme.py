@@ -84,7 +84,6 @@ class VariedScheme(DiscretisedScene):
         return 1 / sigma
 
     def refused(self, name: str) -> CannotMeasure:
-        """Return the refusal of what only steps of one size have."""
         return CannotMeasure(
             f"{self.rule.name} has steps that vary, of which no {name} is known: ask that of "
             f"{self.rule.base.name}."
