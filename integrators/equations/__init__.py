@@ -8,7 +8,6 @@ from .checks import (
     check_force,
     check_momentum,
     check_regular,
-    check_start,
     refuse_pieces,
 )
 from .constrained_equations import ConstrainedEquations
@@ -42,7 +41,6 @@ from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
-from .one_step_equations import OneStepEquations
 from .rule_view import answers_of, written
 from .stage_equations import no_stages, stage_source
 from .step_equations import DiscreteEquations, StepEquations, composed_step
@@ -51,9 +49,9 @@ from .virtual_work import discrete_force, force_points
 
 __all__ = [
     "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
+    "DualSystem", "SceneSymbols", "StepEquations", "absolute_terms",
     "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
-    "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
+    "check_regular", "closed_velocity", "composed_step", "constraint",
     "constraint_matrix", "constraint_shift",
     "discrete_force", "energy", "energy_gradient", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",

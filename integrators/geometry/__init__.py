@@ -3,7 +3,6 @@
 from .adjoint import is_self_adjoint, order_of_step
 from .defects import (
     Step,
-    entrywise_defect,
     in_round_offs,
     poisson_defect,
     pullback_defect,
@@ -23,7 +22,7 @@ from .step_map import Maps, StagesNotFound, StepMap, StepNotFound, map_text
 
 __all__ = [
     "Arrow", "FormChange", "Maps", "StagesNotFound", "Step", "StepContext", "StepMap",
-    "StepNotFound", "composed_arrows", "defects", "entrywise_defect", "form_change",
+    "StepNotFound", "composed_arrows", "defects", "form_change",
     "in_round_offs", "is_self_adjoint", "map_text", "order_of_step", "poisson_defect",
     "pullback_defect", "regularity", "residual", "restricted_defect", "singular_sign",
     "text_of", "vector_in",

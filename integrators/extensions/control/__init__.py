@@ -2,6 +2,5 @@
 
 from .boundary_problem import Optimum
 from .problem import Control
-from .stages import ControlStages
 
-__all__ = ["Control", "ControlStages", "Optimum"]
+__all__ = ["Control", "Optimum"]
