@@ -228,13 +228,6 @@ class PrimeField:
 
     def roots(self, polynomial: Any) -> list[Residue] | None:
         """Return its roots if they are all in the field and differ; else None."""
-        x = self.polynomial([0, 1])
-        power, base, e = self.polynomial([1]), x % polynomial, self.p
-        while e:  # x^p by squaring: most polynomials do not split
-            power = power * base % polynomial if e & 1 else power
-            base, e = base * base % polynomial, e >> 1
-        if power != x % polynomial:
-            return None
         roots = [self.number(int(r)) for r, _ in polynomial.roots()]
         return roots if len(roots) == polynomial.degree() else None
 
