@@ -10,9 +10,10 @@ import shlex
 import shutil
 import subprocess
 import sys
-import time
+import timeit
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -314,14 +315,9 @@ def cost(scheme: Any, box: Any, least: float = 0.2) -> tuple[float, float]:
 def _seconds(made: Callable[[int, int], Any], least: float) -> float:
     count = 1000
     while True:
-        times = []
-        for n in (count, 2 * count):
-            best = []
-            for _ in range(3):
-                begun = time.perf_counter()
-                made(n, n)
-                best.append(time.perf_counter() - begun)
-            times.append(min(best))
-        if times[1] - times[0] >= least or count > 10**8:
-            return (times[1] - times[0]) / count
+        once, twice = (
+            min(timeit.repeat(partial(made, n, n), number=1, repeat=3)) for n in (count, 2 * count)
+        )
+        if twice - once >= least or count > 10**8:
+            return (twice - once) / count
         count *= 2
