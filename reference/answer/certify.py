@@ -52,10 +52,6 @@ class Question:
         sweep = integrate(self.equations, self.program, [*self.times, Fraction(0)], settings)
         return sweep, all_blocks(self.equations, sweep, settings.working)
 
-    def by_form(self, t: Fraction, working: int) -> Blocks:
-        """Return the state at t by the closed form, in ``working`` digits."""
-        return form_at(self.equations, self.parameters, self.form, t, working)
-
 
 def certified_integration(
     scene: Any,
@@ -124,7 +120,8 @@ def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:
     assert asked.form is not None
     working, agreed = asked.digits + 15, 0
     for _ in range(ATTEMPTS):
-        agreed = agreement(finding.blocks, asked.by_form(finding.t, working), start)
+        by_form = form_at(asked.equations, asked.parameters, asked.form, finding.t, working)
+        agreed = agreement(finding.blocks, by_form, start)
         if agreed >= asked.digits:
             break
         working += working + asked.digits - agreed

@@ -368,18 +368,14 @@ def _of_first_order(scene: Any, mechanics: Mechanics) -> Equations:
         rates: list[Any] = [sympy.S.Zero] * len(x)
         for i, j in blocks:
             over = sympy.simplify(1 / A[i, j])
-            rates[i], rates[j] = (_cancelled(e, x) for e in (-over * slope[j], over * slope[i]))
+            rates[i], rates[j] = (sympy.cancel(e) if e.is_rational_function(*x) else e
+                                  for e in (-over * slope[j], over * slope[i]))  # fmt: skip
     else:
         assignments, rates = explicit_rates(scene.name, A, slope, at_start, len(x))
     return Equations(
         scene.name, tuple(x), mechanics.start, tuple(assignments), tuple(rates),
         mechanics.lagrangian, tuple(theta), energy, len(x), 0, 0,
     )  # fmt: skip
-
-
-def _cancelled(e: Any, x: sympy.Matrix) -> Any:
-    """A rational function without what numerator and denominator have in common."""
-    return sympy.cancel(e) if e.is_rational_function(*x) else e
 
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:

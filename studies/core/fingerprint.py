@@ -57,16 +57,13 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     counts as well.
     """
     words = [study.name, case.label, case.asked, str(versions()), processor()]
-    words += [_around(), str(machine()) if timed else ""]
+    # the state of the process with which all functions compute: how libraries round
+    words.append(repr((decimal.getcontext(), mpmath.mp.prec, np.geterr())))
+    words.append(str(machine()) if timed else "")
     words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
     return _digest(*words, *(part for rule in case.rests_on for part in of_rule(rule)))
-
-
-def _around() -> str:
-    """Return the state of the process with which all functions compute: how libraries round."""
-    return repr((decimal.getcontext(), mpmath.mp.prec, np.geterr()))
 
 
 def text_of_study(study: Study) -> str:

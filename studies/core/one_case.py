@@ -129,7 +129,7 @@ def with_more(study: Study, case: Case, record: Found, verdict: Verdict) -> Foun
     if isinstance(told, Verdict):
         record = _with(record, told)
     elif told:
-        record = _with(record, measurement.with_extras(**told))
+        record = _with(record, replace(measurement, extras={**measurement.extras, **told}))
     # a judge that says something else later may ask for what this verdict did not need
     more, declined = (True, "") if told else (False, _words(verdict))
     seconds = record.seconds + time.perf_counter() - begun

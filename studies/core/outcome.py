@@ -49,10 +49,6 @@ class Measurement(Mapping[str, Any]):
         extras = {key: value for key, value in entries.items() if key not in ("measured", "rows")}
         return cls(entries.get("measured", {}), entries.get("rows", []), extras)
 
-    def with_extras(self, **more: Any) -> Measurement:
-        """Return this measurement with more, or other, extras."""
-        return replace(self, extras={**self.extras, **more})
-
     def __getitem__(self, key: str) -> Any:
         own = {"measured": self.measured, "rows": self.rows}
         return own[key] if key in own else self.extras[key]

@@ -20,8 +20,8 @@ def in_loops(block: Block, variables: dict[str, str], width: int) -> Block:
     arrays = set[str]()
     seen = dict[str, int]()
     for e in (e for s in block for e in ast.walk(s)):
-        if _is_loop(e):
-            for name in {n for s in e.body for n in _lanes(s)}:  # type: ignore[attr-defined]
+        if isinstance(e, ast.For) and ast.unparse(e.target) == LANE:
+            for name in {n for s in e.body for n in _lanes(s)}:
                 if seen.setdefault(name, id(e)) != id(e):
                     arrays.add(name)
         elif isinstance(e, ast.stmt):
@@ -32,10 +32,6 @@ def in_loops(block: Block, variables: dict[str, str], width: int) -> Block:
         elif name in variables:
             variables[name] = "f"
     return [_AtLane(arrays).visit(s) for s in block]
-
-
-def _is_loop(e: ast.AST) -> bool:
-    return isinstance(e, ast.For) and ast.unparse(e.target) == LANE
 
 
 def _is_lanes(e: ast.AST) -> bool:

@@ -89,10 +89,6 @@ def peak_of(steps):
         tracemalloc.stop()
 
 
-def rows_cost(run):
-    return sum(a.nbytes for a in (run.t, run.x, run.u, run.mu, run.iterations))
-
-
 @pytest.mark.parametrize(
     "steps", [10**6, pytest.param(10**7, marks=pytest.mark.slow)], ids=["10^6", "10^7"]
 )
@@ -103,7 +99,8 @@ def test_memory_is_that_of_the_rows(steps):
     """
     run, peak = peak_of(steps)
     assert len(run.t) == steps // 1000 + 1
-    assert peak < 8 * rows_cost(run) + 200_000
+    rows = sum(a.nbytes for a in (run.t, run.x, run.u, run.mu, run.iterations))
+    assert peak < 8 * rows + 200_000
     assert np.isfinite(run.mu).all()
 
 

@@ -20,11 +20,7 @@ def kepler_force(x):
     return np.array([-c / r**3 for c in x], dtype=x.dtype)
 
 
-def harmonic_force(x):
-    return -x
-
-
-FORCES = {"harmonic": harmonic_force, "pendulum": pendulum_force, "kepler": kepler_force}
+FORCES = {"harmonic": lambda x: -x, "pendulum": pendulum_force, "kepler": kepler_force}
 
 
 def tableaus(rule, one):
