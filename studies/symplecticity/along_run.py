@@ -25,11 +25,11 @@ from ..evidence.late import keeps_something
 from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
-from .form_in_numbers import Defect, random_curve
+from .form_in_numbers import random_curve
 from .in_numbers import curve_defect, free_states, may_hide
 from .judging_form import is_defect
 from .places import map_of, scale_of
-from .records import FoundOfNumbers, OfRun
+from .records import Defect, FoundOfNumbers, OfRun
 
 #: steps of all runs together, for a step that asks the scene so often, less work than the energy's
 #: long run; of programs with longer ones more, in proportion. A map of many states makes one call

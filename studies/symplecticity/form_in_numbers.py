@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from discmech.integrators.extensions.foreign.differences import EPS, Derivative, Map, Noise, images
 from discmech.integrators.numbers.types import Matrix, Rows, Vector
 
+from .records import Defect
+
 LOOP = 64  # usual number of points of a closed curve
 # the points do not resolve a curve with a larger share of its amplitudes at high frequencies
 UNRESOLVED = 1e-3
-
-
-@dataclass(frozen=True)
-class Defect:
-    """A defect relative to the terms from which it is made.
-
-    certain: the part of it that the errors of the derivative cannot explain, or 0. measured: the
-    largest value. resolution: the largest value that these errors may hide. entry: the worst entry.
-    """
-
-    certain: float
-    measured: float
-    resolution: float
-    entry: tuple[int, ...] = ()
 
 
 def form_defect(of: Derivative, before: Matrix, after: Matrix) -> Defect:

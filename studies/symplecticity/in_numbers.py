@@ -20,7 +20,6 @@ from .around import conspicuous
 from .constrained import constrained_parameters
 from .form_in_numbers import (
     LOOP,
-    Defect,
     form_defect,
     loop_defect,
     pulled_back_defect,
@@ -32,7 +31,7 @@ from .jumps import jumps_of
 from .leaves import leaf_defect
 from .own_derivatives import of_run, of_step
 from .places import Look, looks, map_of, more_looks, scale_of
-from .records import FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers, Volume
+from .records import Defect, FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
@@ -146,7 +145,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
         own += of_run(flow, look, scale, seed, k)
         tensors = (flow.system.tensor(z[:n], z[n:]) for z in (look.z, after))
         defects = [form_defect(of, *tensors)]
-        volume = Volume(**vars(volume_defect(of)))
+        volume = volume_defect(of)
     entry = _entry(defects[0].entry, n)
     # if differences show a defect, no closed curve is needed; those on leaves cost more
     seen = _leaves(case) and is_defect(defects[0].certain, scheme.rule.unit(16))
@@ -239,7 +238,7 @@ def left_by(case: Case, look: Look) -> float:
     return min(1.0, look.count * z ** (p + 1) / math.factorial(p + 1))
 
 
-def _entry(at: tuple[int, ...], n: int) -> str:
+def _entry(at: Sequence[int], n: int) -> str:
     names = [f"x[{i}]" if i < n else f"mu[{i - n}]" for i in at]
     return f"{{{', '.join(names)}}}" if names else ""
 

@@ -19,7 +19,8 @@ import numpy as np
 from discmech.integrators.extensions.foreign.differences import EPS, Map, Noise, images
 from discmech.integrators.numbers import Matrix, Vector
 
-from .form_in_numbers import UNRESOLVED, Defect, noise_along, slopes_and_tail
+from .form_in_numbers import UNRESOLVED, noise_along, slopes_and_tail
+from .records import Defect
 
 #: B of r states at once, columns (l, r) ↦ (l, l, r)
 Tensor: TypeAlias = Callable[[Matrix], np.ndarray]

@@ -36,8 +36,12 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Volume:
-    """The change of volume by a step: its certain part, as measured, and the resolution."""
+class Defect:
+    """A defect relative to the terms from which it is made.
+
+    certain: the part of it that the errors of the derivative cannot explain, or 0. measured: the
+    largest value. resolution: the largest value that these errors may hide. entry: the worst entry.
+    """
 
     certain: float = 0.0
     measured: float = 0.0
@@ -79,7 +83,7 @@ class OfNumbers:
     resolution: float | None = None
     left: float | None = None
     loop: float | None = None
-    volume: Volume | None = None
+    volume: Defect | None = None
     again: float | None = None
     jacobian: float | None = field(default=None, metadata=OPTIONAL)
     derivatives: Sequence[Held] = field(default=(), metadata=OPTIONAL)
