@@ -17,7 +17,8 @@ class Departure:
     size: that of the departure, None if it is unknown, for the reason `unknown`. limit: the most
     that a sound step leaves. name: of the quantity, or of the kind of form. step, place: those of
     the departure; on_motion: True for a place on the scene's own motion. asked: the number of
-    states all along the motion from which the law was looked at by steps of all sizes.
+    states all along the motion from which the law was looked at by steps of all sizes; of a program
+    made again, of the steps of one long run.
     """
 
     size: float | None = None
