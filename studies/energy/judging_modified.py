@@ -113,7 +113,12 @@ def drifts_beside(places: Sequence[Beside]) -> bool:
 
 @decision
 def is_told(changes: Sequence[Change], band: float, duration: float) -> bool:
-    """True if the modified energy along a run says what longer runs could say."""
+    """True if the modified energy along a run says what longer runs could say.
+
+    A band that is no wider than round-off walks has no edges, and a longer run only walks farther.
+    """
+    if covers(changes, duration) and band <= changes[-1].walk:
+        return True
     rows = resolved(changes, band)
     whole = covers(rows, duration) and stands(rows, band) and band <= LIMITS["whole"]
     return bool(whole or certain_drift(rows) is not None)

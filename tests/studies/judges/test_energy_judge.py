@@ -10,9 +10,11 @@ from discmech.studies.core.outcome import Measurement
 from discmech.studies.core.result import result_of
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
+from discmech.studies.energy.judging_modified import is_told
 from discmech.studies.energy.limits import LIMITS
 from discmech.studies.report.tables import short, wanted
 from discmech.studies.report.wording import scientific
+from discmech.studies.systems.modified_change import Change
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
 
@@ -68,6 +70,14 @@ def test_a_drift_goes_one_way_and_its_edges_with_it():
         ([0.0, -ABOVE * limit], "fail"), ([ABOVE * limit, 0.0], "fail"),
     ):  # fmt: skip
         assert energy_of(slope=1.0, interval=(0.9, 1.1), edge_slopes=edges)[0] == verdict
+
+
+@pytest.mark.parametrize(("time", "band", "told"), [
+    (90.0, 1e-11, True), (90.0, 1e-9, False), (70.0, 1e-11, False), (None, 1e-11, False),
+])  # fmt: skip
+def test_no_longer_run_tells_more_of_what_round_off_walks(time, band, told):
+    rows = [] if time is None else [Change(time, 1e-11, 1e-11, 1e-9, 1e-12, walk=1e-10, path=1.0)]
+    assert is_told(rows, band, 100.0) is told
 
 
 def test_no_number_is_no_energy_and_nonholonomic_motion_has_no_band():
