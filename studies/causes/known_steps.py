@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache, lru_cache, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -18,9 +22,22 @@ from .first_terms import Told
 SAME = 2.0**-36
 #: steps of a run that are looked at: at rest some methods agree, and steps may be unlike
 STEPS = 16
-LONGER = 4  # factor of the step at which explicit methods of unlike orders differ by far more
+#: factor of the step at which explicit methods of unlike orders differ by far more, and how often
+#: it is taken until the method's steps are not the motion's
+LONGER, LONGEST = 4, 6
+PARTS = 16  # steps for the motion itself, of which the error is 16⁴ times smaller
 #: iterations for the state between two parts of a step, of which a separable H needs two
 ITERATIONS = 16
+#: times what a step of the scene's own size leaves of the equation, it is not solved; the same for
+#: round-off
+SOLVED = 8
+#: what an iteration leaves sinks by at least this power of the step, as no method's does, or at
+#: most by that, of so many sweeps, beyond which it is a switch; or it stops at some tolerance
+SWEEPS, STOPS = (10, 200), 2.0**-30
+CLOSE = 1e-2  # what an iteration that converges leaves of the state, at most
+SHORTER = Fraction(9, 10)  # factor of the step by which such a power is seen
+#: (system, h, z, end) ↦ what a step leaves of a method's equation, over the state
+Left: TypeAlias = Callable[[Any, float, Vector, Vector], float]
 #: name ↦ (order, the parts of a step): each moves along the field at one place, which lies at
 #: these shares of the part's way in q and in p
 KNOWN: dict[str, tuple[int, tuple[tuple[float, float], ...]]] = {
@@ -80,35 +97,93 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
     """Return (name, order) of the known method whose steps a scheme's steps are, or None.
 
     It is asked on scenes whose state is (q, p) and nothing else: without constraints, a chart or
-    the time; and not of a map of one step.
+    the time; and not of a map of one step. The motion itself is told from the method by the same
+    steps: a method of a higher order is as near to it as round-off where they are short.
     """
+    known = _known(scheme)
+    return known and known[:2]
+
+
+@lru_cache(maxsize=64)
+def _known(scheme: Any) -> tuple[str, int, Left, float] | None:
+    """Return also what a step leaves of the method's equation, and the most at the scene's step."""
     scene = scheme.scene
     free = scene.groupoid.canonical and not (scene.all_constraints or scene.clocked)
     if not free or not scheme.rule.follows_motion:
         return None
     system = scene_in_numbers(scheme.s, scene, arithmetic(16))
-    steps: list[tuple[float, Vector, Vector]] = []
+
+    @cache
+    def steps_of(longer: int) -> list[tuple[float, Vector, Vector]]:
+        flow = scheme.flow(scene.step * LONGER**longer)
+        run = flow.trajectory(STEPS)
+        rows = np.stack([run.x, run.mu], axis=1).astype(float)
+        return [(float(flow.step), *z) for z in pairwise(rows)]
+
+    def seen(left: Left, least: int) -> bool:
+        """True if all steps are the method's, up to the first sizes that the motion's are not."""
+        for longer in range(LONGEST):
+            steps = steps_of(longer)
+            if any(left(system, *step) > SAME for step in steps):
+                return False
+            if longer >= least and any(
+                left(system, h, z, moved(system, h, z)) > SAME for h, z, _ in steps
+            ):
+                return True
+        return False
+
     try:
-        for factor in (1, LONGER):
-            flow = scheme.flow(scene.step * factor)
-            run = flow.trajectory(STEPS)
-            rows = np.stack([run.x, run.mu], axis=1).astype(float)
-            if not np.ptp(rows, axis=0).any():  # at rest all methods agree
-                return None
-            steps += [(float(flow.step), *z) for z in pairwise(rows)]
-        for name, (order, parts) in KNOWN.items():
-            if all(_is_step(parts, system, *step) for step in steps[:STEPS]):
-                return name, order
-        for name, (order, shares, weights) in EXPLICIT.items():
-            if all(_is_explicit(shares, weights, system, *step) for step in steps):
-                return name, order
+        own = steps_of(0)
+        if not np.ptp([z for _, z, _ in own], axis=0).any():  # at rest all methods agree
+            return None
+        implicit = [(name, order, partial(_left, parts), 0)
+                    for name, (order, parts) in KNOWN.items()]  # fmt: skip
+        explicit = [(name, stages[0], partial(_left_of_explicit, stages), 1)
+                    for name, stages in EXPLICIT.items()]  # fmt: skip
+        for name, order, left, least in implicit + explicit:
+            if seen(left, least):
+                return name, order, left, max(left(system, *step) for step in own)
     except DiscmechError:
         return None
     return None
 
 
-def _is_step(parts: Any, system: Any, h: float, z: Vector, end: Vector) -> bool:
-    """Return True if a step with these parts leads from z to end, (2, n) each, to round-off."""
+def unsolved(scheme: Any, z: Vector, time: Fraction, step: Fraction) -> str:
+    """Return why a step does not solve the equation of the known method that others solve, or "".
+
+    An iteration of m sweeps leaves some power hᵐ, and one that stops early what does not depend on
+    h smoothly; a power that a method may have of itself is another step, and so is a sudden change.
+    """
+    if (known := _known(scheme)) is None:
+        return ""
+    name, _, left, usual = known
+    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
+
+    def left_at(h: Fraction) -> float:
+        end = scheme.flow(h).map_of(1, t0=time)(z)
+        return left(system, float(h), z.reshape(2, -1), end.reshape(2, -1))
+
+    least, rest = SOLVED * max(usual, 2.0**-53), list[float]()
+    try:
+        for k in range(LONGEST * 4):  # far beyond its reach an iteration goes anywhere
+            left_there = left_at(step * SHORTER**k)
+            rest += [left_there] if rest or left_there < CLOSE else []
+            if len(rest) == 4 or (rest and rest[0] <= least):
+                break
+    except DiscmechError:
+        return ""
+    if len(rest) < 4:
+        return ""
+    powers = np.diff(np.log(np.maximum(rest, least))) / math.log(SHORTER)
+    of_a_method = min(rest) > least and np.ptp(powers) < 1 and powers.max() < SWEEPS[0]
+    if of_a_method or not (rest[0] <= STOPS or SWEEPS[0] <= powers[0] <= SWEEPS[1]):
+        return ""
+    said = f"an iteration leaves {rest[0]:.0e} of the state, or more, in the equation of {name}"
+    return f"{said} there"
+
+
+def _left(parts: Any, system: Any, h: float, z: Vector, end: Vector) -> float:
+    """Return what a step with these parts from z to end, (2, n) each, leaves of its equation."""
 
     def way(part: tuple[float, float], a: Vector, b: Vector) -> Vector:
         return h / len(parts) * np.array(system.f(*(a + np.reshape(part, (2, 1)) * (b - a))))
@@ -117,16 +192,28 @@ def _is_step(parts: Any, system: Any, h: float, z: Vector, end: Vector) -> bool:
         start = z
         for _ in range(ITERATIONS):
             z = start + way(part, start, z)
-    return _is_way(z, end, way(parts[-1], z, end))
+    return _beside(z, end, way(parts[-1], z, end))
 
 
-def _is_explicit(shares: Any, weights: Any, system: Any, h: float, z: Vector, end: Vector) -> bool:
-    """Return True if the explicit step of such stages leads from z to end, to round-off."""
-    slopes = [np.array(system.f(*z))]
+def _left_of_explicit(stages: Any, system: Any, h: float, z: Vector, end: Vector) -> float:
+    """Return how far the explicit step of such stages from z is from end."""
+    return _beside(z, end, _way_of(stages, system, h, z))
+
+
+def _beside(z: Vector, end: Vector, way: Any) -> float:
+    off = np.abs(end - z - way).max() / (np.abs(z).max() + np.abs(way).max())
+    return float(off) if np.isfinite(off) else math.inf
+
+
+def _way_of(stages: Any, system: Any, h: float, z: Vector) -> Any:
+    (_, shares, weights), slopes = stages, [np.array(system.f(*z))]
     for share in shares:
         slopes.append(np.array(system.f(*(z + h * share * slopes[-1]))))
-    return _is_way(z, end, h * sum(w * slope for w, slope in zip(weights, slopes, strict=True)))
+    return h * sum(w * slope for w, slope in zip(weights, slopes, strict=True))
 
 
-def _is_way(z: Vector, end: Vector, way: Any) -> bool:
-    return bool((np.abs(end - z - way) <= SAME * (np.abs(z).max() + np.abs(way).max())).all())
+def moved(system: Any, h: float, z: Vector) -> Vector:
+    """Return the motion after the time h, but for an error far below that of one step."""
+    for _ in range(PARTS):
+        z = z + _way_of(EXPLICIT["the classical Runge–Kutta method"], system, h / PARTS, z)
+    return z
