@@ -18,8 +18,8 @@ from discmech import reference
 from discmech.integrators import BadInput, Discretisation, Scheme, retractions, scenes
 from discmech.integrators.extensions.lattices import Lattice, scene_of
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import mpmath
-from discmech.integrators.rules import midpoint
+from discmech.integrators.numbers import mpmath, sympy
+from discmech.integrators.rules import discretisation, midpoint
 
 from ..core.case import Case, Measurement, in_chart, scheme_of
 from ..core.outcome import named
@@ -208,6 +208,14 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
     if mean not in ("", "1/2"):
         middle = truncation(scheme_of(scheme.scene, midpoint)).order
         evidence |= {"mean_of_points": mean, "order_of_midpoint": middle}
+        beside = abs(Fraction(mean) - Fraction(1, 2))
+        if abs(middle - 2) < NEAR and beside < 1 / MEANT and _is_of_mean(scheme, errors, mean):
+            return (
+                "few digits",
+                f"the weighted mean of the points where it asks for L lies at {mean} of the step "
+                f"on this scene, {float(beside):.1g} beside the middle, which explains the whole "
+                f"error of order 1 ({off}): write 1/2 exactly, or declare order 1.",
+            )
         if abs(middle - 2) < NEAR:
             mend = (
                 f"the weighted mean of the points where it asks for L lies at {mean} of the step, "
@@ -245,6 +253,17 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
         f"O(h^{wanted + 1}) ({off}): the method is of order {order:.3g} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
     )
+
+
+def _is_of_mean(scheme: Scheme, errors: Truncation, mean: str) -> bool:
+    """True if one point at that fraction of the step has the same error of L_d."""
+
+    @discretisation(order=1)
+    def one_point(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
+        return h * L(G.target(x, u, sympy.Rational(mean) * h), u)
+
+    same = truncation(scheme_of(scheme.scene, one_point), Fraction(errors.steps[0]))
+    return abs(same.legendre[-1] - errors.legendre[-1]) <= NEAR * errors.legendre[-1]
 
 
 def _share(scheme: Scheme, errors: Truncation) -> float:

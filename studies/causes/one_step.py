@@ -7,8 +7,7 @@ second derivative of the motion. Signs, factors, forces and halves of steps show
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -29,9 +28,9 @@ from .first_terms import PARTS, SAME, SEEN, Beginning, Told, beginnings, factor,
 from .known_steps import by_design
 from .no_step import of_no_step
 from .second_terms import of_second
+from .turns import across, wrapped
 from .unlike_steps import of_event, of_unlike_steps
 
-WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
 SINGLE = 2.0**-24
 MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
@@ -72,7 +71,7 @@ def of_step(case: Case, law: str = "order", finest: float | None = None) -> dict
         return None
     n = case.scheme.s.n
     told = (
-        _wrapped(starts, n)
+        wrapped(starts, n, partial(across, case, starts))
         or _of_numbers(case, starts)
         or _unprojected(case, starts, n)
         or _late(starts, n)
@@ -114,26 +113,6 @@ def _explains(starts: list[Beginning], field: Any) -> bool:
 
 def _vanishes(starts: list[Beginning], entries: Any) -> bool:
     return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in starts)
-
-
-def _wrapped(starts: list[Beginning], n: int) -> Told | None:
-    """Return the cause if coordinates are off by whole turns, at places beyond one turn."""
-    turns = [(b.shortest[:n] if b.shortest is not None else np.zeros(n)) / (2 * math.pi)
-             for b in starts]  # fmt: skip
-    whole = [np.round(e) for e in turns]
-    jumps = [i for i in range(n) if any(e[i] for e in whole)]
-    if not jumps or any(np.abs(a - b).max() > WHOLE for a, b in zip(turns, whole, strict=True)):
-        return None
-    return of_turns(jumps)
-
-
-def of_turns(entries: Iterable[int], place: str = "") -> Told:
-    """Return the cause of coordinates that are off by whole turns, first at that place."""
-    return "jumps of 2π", (
-        f"{', '.join(f'x[{i}]' for i in entries)} differs from the scene's by whole turns{place} "
-        "and by nothing else: the angle is kept within one turn, so it jumps by 2π; give the angle "
-        "as it goes on."
-    )
 
 
 def _late(starts: list[Beginning], n: int) -> Told | None:
@@ -378,7 +357,7 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
         return None
     scheme: Any = case.scheme
     # a start that is round may give what is round
-    looks = zip(evidence_of(scheme).places, [b.z for b in starts], strict=False)
+    looks = list(zip(evidence_of(scheme).places, [b.z for b in starts], strict=False))
     place, z = max(looks, key=lambda look: bool((look[1] != look[1].astype(np.float32)).any()))
     size = len(z)
     f = guarded(scheme.flow(place.step).map_of(t0=place.t), size)
@@ -391,9 +370,14 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
         )
     again = evidence_of(scheme).departure(AGAIN)
     if again.broken:
-        off, said = getattr(scheme.rule, "form", STATES["qp"]).off_group(image[: scheme.s.n])
-        if off > again.limit:  # a step made again begins at the attitude nearest to it
-            return "no attitude", f"{said} at the end of each step."
+        form, n = getattr(scheme.rule, "form", STATES["qp"]), scheme.s.n
+        ends = [image]  # a step made again begins at the attitude nearest to its start
+        ends += [guarded(scheme.flow(Fraction(again.step)).map_of(t0=at.t), size)(start)
+                 for at, start in looks if again.step]  # fmt: skip
+        off, said, k = max((*form.off_group(end[:n]), k) for k, end in enumerate(ends))
+        if off > again.limit:
+            after = f"after a step of {again.step:.2g} " if k else ""
+            return "no attitude", f"{after}{said} at the end of each step."
         return "no map", (
             f"steps of a run, made again, differ from it by {again.size:.1e}: it keeps something "
             "between calls, or is random; a method with memory is a class with start, step and "

@@ -17,7 +17,8 @@ from ..core.case import Case
 from ..core.outcome import named
 from ..evidence.rows import errors_of_no_step
 from .first_terms import factor_of, parts_of
-from .one_step import WHOLE, all_by, of_turns, said_of
+from .one_step import all_by, said_of
+from .turns import WHOLE, of_turns
 
 #: largest difference of factors that count as one: a part of the field at a row's start stands for
 #: its mean over the row, from which it differs by half its change there; rows that end a tenth of

@@ -12,6 +12,7 @@ import discmech.reference as reference
 from discmech.integrators import (
     Scene,
     Scheme,
+    black_box,
     discretisation,
     exponential,
     lie_group,
@@ -23,12 +24,13 @@ from discmech.integrators import one_step as one_step_map
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
-from discmech.studies.causes import diagnosis, first_terms, one_step
+from discmech.studies.causes import diagnosis, first_terms
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import slope, truncation
 from discmech.studies.causes.first_terms import Beginning
 from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
+from discmech.studies.causes.turns import across, wrapped
 from discmech.studies.core.case import Case, Measurement
 from discmech.studies.order.judging import diagnose
 from tests.studies.as_json import run_case
@@ -287,7 +289,7 @@ def test_points_a_little_off_the_middle_are_no_round_off():
         return h * L(G.target(x, u, (sympy.Rational(1, 2) + sympy.Rational(1, 10**6)) * h), u)
 
     found = cause(replace(order("pendulum", beside), digits=16))
-    assert found["cause"] == "gauge" and "lies at 0.500001 of the step" in found["sentence"]
+    assert found["cause"] == "few digits" and "lies at 0.500001 of the step" in found["sentence"]
 
 
 @pytest.mark.slow
@@ -407,15 +409,34 @@ def beginning(f, off, **more):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("shortest", "wrapped"), [
+@pytest.mark.parametrize(("shortest", "is_told"), [
     ([(4 * np.pi, 0.1), (0.0, 0.0)], True), ([(-2 * np.pi + 1e-5, 0.0), (1e-5, 0.0)], True),
     ([(0.0, 2 * np.pi), (0.0, 0.0)], False),  # a momentum has no turns
     ([(2 * np.pi, 0.0), (0.1, 0.0)], False), ([(np.pi, 0.0), (0.0, 0.0)], False),
 ])  # fmt: skip
-def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, wrapped):
+def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, is_told):
     found = [beginning((1.0, 0.5), np.zeros(2), shortest=np.array(e)) for e in shortest]
-    told = one_step._wrapped(found, 1)
-    assert bool(told) is wrapped and (not told or told[0] == "jumps of 2π")
+    told = wrapped(found, 1)
+    assert bool(told) is is_told and (not told or told[0] == "jumps of 2π")
+
+
+@pytest.mark.parametrize("mean_of_wrapped", [False, True])
+def test_a_mean_of_angles_on_both_sides_of_a_branch_is_told(mean_of_wrapped):
+    rotor = Scene("rotor", pair(1), lambda x, v, p: v[0] ** 2 / 2 + sympy.cos(x[0]), x0=[0],
+                  v0=["2.5"], duration=10, step="1/20")  # fmt: skip
+
+    @black_box(order=2)
+    def program(q, p, h, system):
+        Q, P = q, p
+        for _ in range(40):
+            P = p - h * np.sin((q + Q) / 2)
+            Q = q + h * (p + P) / 2
+            Q = (Q + np.pi) % (2 * np.pi) - np.pi if mean_of_wrapped else Q
+        return (Q + np.pi) % (2 * np.pi) - np.pi, P
+
+    starts = [beginning((1.5, 1.5), np.zeros(2))]
+    told = across(Case("order", rotor, program, 16), starts, 0)
+    assert ("before the jump" in told) is mean_of_wrapped
 
 
 @pytest.mark.parametrize(("off", "named"), [

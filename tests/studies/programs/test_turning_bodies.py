@@ -164,8 +164,18 @@ def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause
     assert of_step(Case("order", BODY, body, 16))["cause"] == cause
 
 
+def small_turns(R, p, h, system):
+    for i, part in ((0, 0.5), (1, 0.5), (2, 1), (1, 0.5), (0, 0.5)):
+        v = part * h * p[i] / system.parameters.inertia[i] * np.eye(3)[i]
+        short, K = abs(v[i]) < 0.004, np.cross(np.eye(3), -v)
+        turn = np.eye(3) + K if short else Rotation.from_rotvec(v).as_matrix()
+        R, p = R @ turn, turn.T @ p
+    return R, p
+
+
 @pytest.mark.parametrize(("state", "formula", "said"), [
     ("quaternion v", longer, "not of unit length (by "), ("Rv", stretched, "RᵀR differs from 1"),
+    ("Rp", small_turns, "after a step of "),
 ])  # fmt: skip
 def test_an_attitude_that_leaves_the_group_is_not_called_memory(state, formula, said):
     """What a step makes of the nearest attitude differs from the run, but nothing is kept."""
