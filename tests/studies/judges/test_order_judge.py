@@ -65,6 +65,8 @@ def test_an_order_may_be_undeclared_or_lost_in_the_chart():
     verdict, reason, expected = order_of(7.0, case(order=None))
     assert (verdict, reason, expected["order"]) == ("pass", "", None)
     assert "declares no order" in expected["not_demanded"]
+    exact = order_of(None, case(order=None), ladder([0.0, 0.0]))
+    assert exact[0] == "pass" and exact[2]["not_demanded"] == expected["not_demanded"]
     of = case()
     of.rule = replace(of.rule, order=4)
     assert order_of(2.0, of)[2] == {"order": 2, "tolerance": 0.05, "declared": 4}
@@ -230,8 +232,10 @@ def test_one_step_denies_what_runs_do_not_see():
     verdict, reason, _ = order_of(2.0, undeclared, local=local(0.0))
     assert verdict == "fail" and "not consistent" in reason
     exact = ladder([0.0, 0.0])
-    assert "take another scene, or --digits 50" in order_of(None, rows=exact, local=local(2.0))[1]
-    assert "one step is of order 2.00 in x" in order_of(None, rows=exact, local=local(2.0))[1]
+    told = order_of(None, rows=exact, local=local(3.0))
+    assert told[0] == "inconclusive" and "one step is of order 3.00 in x: take another" in told[1]
+    told = order_of(None, rows=exact, local=local(2.0))  # as at rest
+    assert told[0] == "pass" and "single steps, also beside the motion, are of order 2.0" in told[1]
     # runs that fail keep their own reason, and are told of a higher order only above
     below = order_of(1.5, local=local(1.0))[1]
     assert below.startswith("order 1.500 is below") and "higher than declared" not in below
