@@ -28,7 +28,7 @@ from ..evidence import evidence_of
 from ..evidence.own_rules import WITNESS
 from ..systems.runs import gap
 from . import one_step, recorded
-from .exact_path import HALVINGS, Truncation, settled_truncation, truncation
+from .exact_path import COARSEST, HALVINGS, Truncation, settled_truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
@@ -37,6 +37,9 @@ NEAR = 0.25  # an order this close to another one counts as equal
 #: 11 δ (a node, a weight and a point on three scenes), or a higher power of δ; and two fractions
 #: that are meant differ by 1/`MEANT`² at least
 ROUNDED = 1 / MEANT**2
+#: times as large a share in another part of the states, more than rates change along a motion, and
+#: digits of such a place
+FAR_MORE, OF_PLACE = 100, 30
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
 #: the parts of a `Truncation` that are shown beside the cause
 SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
@@ -67,7 +70,14 @@ def of_order(
                 errors = truncation(scheme, Fraction(scheme.scene.step) / 2 ** (HALVINGS * k))
                 if errors.order < wanted - NEAR and errors.settled:
                     break
-    if told is None and errors.order < wanted - NEAR:
+    along = errors.order < wanted - NEAR
+    # the tail of a fault that lies elsewhere has no power of the step along the motion
+    clear = along and errors.settled and errors.order > -NEAR
+    if told is None and low and not clear and (there := _elsewhere(scheme, errors)):
+        beside = settled_truncation(there[0])
+        if beside.order < wanted - NEAR:
+            return _named(case, wanted, beside, there)
+    if told is None and along:
         return _named(case, wanted, errors)
     evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
     if told is not None:
@@ -96,13 +106,16 @@ def of_law(case: Case, measurement: Measurement, law: str) -> dict[str, Any] | N
     return _named(case, scheme.order or 1, errors)
 
 
-def _named(case: Case, wanted: int, errors: Truncation) -> dict[str, Any]:
-    """Return the cause in L_d, which is below the wanted order."""
-    scheme = case.scheme.base
+def _named(
+    case: Case, wanted: int, errors: Truncation, at: tuple[Scheme, str] | None = None
+) -> dict[str, Any]:
+    """Return the cause in L_d, which is below the wanted order, at that place (`_elsewhere`)."""
+    scheme, place = at or (case.scheme.base, "")
     evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
-    cause, sentence = _of_rule(scheme, wanted, errors, evidence)
+    cause, sentence = _of_rule(scheme, wanted, errors, evidence, beside=not at)
     inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
-    return named(cause, inside + sentence, evidence)
+    where = f"at {place}, and not along the motion, " if at else ""
+    return named(cause, inside + where + sentence, evidence)
 
 
 def of_part(lattice: Lattice, rule: Discretisation) -> dict[str, Any] | None:
@@ -149,8 +162,13 @@ def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
     )
 
 
-def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str, Any]) -> Told:
-    """Return the cause of an L_d below its order: scene, gauge, retraction or L_d itself."""
+def _of_rule(
+    scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str, Any], beside: bool = True
+) -> Told:
+    """Return the cause of an L_d below its order: scene, gauge, retraction or L_d itself.
+
+    beside: True to look where single steps decided, too.
+    """
     off = f"‖F±/h − μ‖ on exact arrows is {errors.legendre[-1]:.1e}"
     if errors.order < errors.order_of_legendre:
         off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {errors.residual[-1]:.1e}, relative to ‖μ‖,"
@@ -188,13 +206,20 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
         )
     if errors.order > 1 - NEAR and (share := _share(scheme, errors)) < ROUNDED:
         evidence["share"] = share
+        lower = f"of order {round(errors.order)}"
+        cause = f"and in the end the method is {lower}: a number in the rule has too few digits, a "
+        cause += "term is too small to be meant, or a small part of L is taken at another place or "
+        cause += "time; write numbers exactly, or in G.constant to all digits."
+        there = _elsewhere(scheme, errors) if beside else None
+        larger = _share(there[0], truncation(there[0])) if there else 0.0
+        if there and FAR_MORE * share < larger < math.inf:  # too few digits are so everywhere
+            evidence["share_there"] = larger
+            cause = f"and by about {larger:.1g} at {there[1]}, so that the method is {lower} in a "
+            cause += "part of the states: look for what depends on the place there."
         return (
             "discrete Lagrangian",
             f"L_d differs from one of order {wanted} by O(h^{round(errors.order) + 1}), by about "
-            f"{share:.1g} of what is usual for that power ({off}), and in the end the method is of "
-            f"order {round(errors.order)}: a number in the rule has too few digits, a term is too "
-            "small to be meant, or a small part of L is taken at another place or time; write "
-            "numbers exactly, or in G.constant to all digits.",
+            f"{share:.1g} of what is usual for that power ({off}), {cause}",
         )
     # on a motion of so much symmetry that all points are exact momenta alone show an order
     gauge = wanted - NEAR < errors.order_of_points < math.inf
@@ -208,13 +233,14 @@ def _of_rule(scheme: Scheme, wanted: int, errors: Truncation, evidence: dict[str
     if mean not in ("", "1/2"):
         middle = truncation(scheme_of(scheme.scene, midpoint)).order
         evidence |= {"mean_of_points": mean, "order_of_midpoint": middle}
-        beside = abs(Fraction(mean) - Fraction(1, 2))
-        if abs(middle - 2) < NEAR and beside < 1 / MEANT and _is_of_mean(scheme, errors, mean):
+        off_middle = abs(Fraction(mean) - Fraction(1, 2))
+        few = off_middle < 1 / MEANT and _is_of_mean(scheme, errors, mean)
+        if abs(middle - 2) < NEAR and few:
             return (
                 "few digits",
                 f"the weighted mean of the points where it asks for L lies at {mean} of the step "
-                f"on this scene, {float(beside):.1g} beside the middle, which explains the whole "
-                f"error of order 1 ({off}): write 1/2 exactly, or declare order 1.",
+                f"on this scene, {float(off_middle):.1g} beside the middle, which explains all of "
+                f"the error of order 1 ({off}): write 1/2 exactly, or declare order 1.",
             )
         if abs(middle - 2) < NEAR:
             mend = (
@@ -276,6 +302,19 @@ def _share(scheme: Scheme, errors: Truncation) -> float:
     first = Fraction(errors.steps[0])
     usual = truncation(scheme_of(scheme.scene, midpoint), first).legendre[-1]
     return error / usual ** (errors.order / 2) if usual else math.inf
+
+
+def _elsewhere(scheme: Scheme, errors: Truncation) -> tuple[Scheme, str] | None:
+    """Return (the scheme from where single steps are below the order, the place in words), or None.
+
+    Its arrows are as short as the shortest of the errors.
+    """
+    place, scene = evidence_of(scheme).order.place, scheme.scene
+    if place is None or scene.clocked or not scene.groupoid.canonical:
+        return None
+    x, v = ([mpmath.nstr(e, OF_PLACE) for e in part] for part in (place.x, place.u))
+    there = scene.with_values(x0=x, v0=v, step=Fraction(errors.steps[0]) / COARSEST)
+    return scheme_of(there, scheme.rule).base, f"x = ({', '.join(f'{float(e):.4g}' for e in x)})"
 
 
 def _has_order(scheme: Scheme, retraction: str, wanted: int) -> bool:

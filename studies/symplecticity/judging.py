@@ -102,8 +102,10 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
 
     record = found_in(measurement)
     if isinstance(record, FoundOfNumbers):
-        of_jump = judging_numbers.cause_of_jump(case, record)
-        return of_jump or of_law(case, measurement, "symplecticity")
+        told = judging_numbers.cause_of_jump(case, record) or judging_numbers.cause_in_box(
+            case, record
+        )
+        return told or of_law(case, measurement, "symplecticity")
     broken = _broken(case, record)
     if any(k in broken for k in CHANGES):
         if case.scene.force is None:  # the map itself changes the volume that it claims to keep

@@ -191,6 +191,19 @@ def cause_of_jump(case: Case, record: FoundOfNumbers) -> dict[str, Any] | None:
     return named("jump", said, {"state": list(record.jumps[0].state)})
 
 
+def cause_in_box(case: Case, record: FoundOfNumbers) -> dict[str, Any] | None:
+    """Return the cause of a form that a map of a box certainly loses, or None."""
+    wrong = [row for row in record.rows if is_defect(row.certain or 0.0, case.rule.unit(16))]
+    if not (wrong and in_box(case)):
+        return None
+    from ..causes.boxes import of_box
+
+    wrong_at, at = ({tuple(row.state) for row in rows} for rows in (wrong, record.rows))
+    worst = max(wrong, key=lambda row: row.certain or 0.0)
+    told = of_box(case, worst, f"at {len(wrong_at)} of {len(at)} states")
+    return told and named(*told, {"state": list(worst.state)})
+
+
 def _at(jump: Jump) -> str:
     x, mu = (", ".join(f"{e:.4g}" for e in part) for part in np.split(np.array(jump.state), 2))
     return f"x = ({x}), mu = ({mu})"

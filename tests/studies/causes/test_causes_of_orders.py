@@ -32,6 +32,7 @@ from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
 from discmech.studies.causes.turns import across, wrapped
 from discmech.studies.core.case import Case, Measurement
+from discmech.studies.evidence import evidence_of
 from discmech.studies.order.judging import diagnose
 from tests.studies.as_json import run_case
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
@@ -418,6 +419,26 @@ def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, is_told):
     found = [beginning((1.0, 0.5), np.zeros(2), shortest=np.array(e)) for e in shortest]
     told = wrapped(found, 1)
     assert bool(told) is is_told and (not told or told[0] == "jumps of 2π")
+
+
+@pytest.mark.dear("0.15")
+@pytest.mark.parametrize("width", ["0.3", "0.15"])
+def test_a_fault_in_a_part_of_the_states_is_told_with_the_place(width):
+    """Its tail is a few digits along the motion, or nothing."""
+
+    @discretisation(order=2)
+    def bumpy(L, G, x, u, h):
+        wrong = sympy.exp(-(((x[0] - sympy.Rational("2.2")) / sympy.Rational(width)) ** 2)) / 100
+        first, second = (L(G.target(x, u, k * h / 3), u) for k in (1, 2))
+        return h * (1 + wrong) * first / 2 + h * (1 - wrong) * second / 2
+
+    pendulum = Scene("pend", pair(1), lambda x, v, p: v[0] ** 2 / 2 + 6 * sympy.cos(x[0]),
+                     x0=["1.2"], v0=[0], duration=10, step="1/40")  # fmt: skip
+    case = order(pendulum, bumpy, digits=50)
+    local = evidence_of(case.scheme).order
+    measured = Measurement.of_json({"local": {"order": local.order}})
+    found = diagnosis.of_order(case, measured, case.scene.duration, lambda: None)
+    assert local.order < 1.1 and f"at x = ({float(local.place.x[0]):.4g})" in found["sentence"]
 
 
 @pytest.mark.parametrize("mean_of_wrapped", [False, True])

@@ -5,9 +5,9 @@ import pytest
 
 from discmech import BadInput, Scheme, black_box, scenes
 from discmech.studies.command.entry import main
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, silent
 from discmech.studies.symplecticity import in_numbers
-from discmech.studies.symplecticity.judging_numbers import judge
+from discmech.studies.symplecticity.judging_numbers import cause_in_box, judge
 from discmech.studies.symplecticity.jumps import jumps_of
 from discmech.studies.symplecticity.places import looks
 
@@ -140,6 +140,40 @@ def test_a_map_that_is_not_one_to_one_fails_and_a_kick_is_named(name, verdict):
     found = judged("symplecticity", box.own_scene, box)
     assert found["verdict"] == verdict and " jumps by 3." in found["reason"]
     assert verdict == "pass" or found["diagnosis"]["cause"] == "jump"
+
+
+A = np.array([1.3, 2.0])
+
+
+def turned_by(q, p):
+    return np.cos(A) * q + np.sin(A) * p, np.cos(A) * p - np.sin(A) * q
+
+
+def untwinned(q, p):
+    q, p = turned_by(q, p)
+    return q + np.array([1e-6 * p[1], 0]), p
+
+
+def damped_in_a_part(q, p):
+    return turned_by(q, p * (1 - 1e-5 * (q > 0).all()))
+
+
+def damped_in_one(q, p):
+    return turned_by(q, p * np.array([1, 1 - 1e-6]))
+
+
+@pytest.mark.parametrize(("step", "cause", "said"), [
+    (lambda q, p: (p + np.sin(q), q), "turned form", "without a sign"),
+    (lambda q, p: turned_by(q, p + 1e-6 * np.round(30 * p)), "jump", "between states close by"),
+    (untwinned, "no gradient", "in {x[1], x[0]}, at 6 of 6 states"),
+    (damped_in_one, "volume", "planes not alike"),
+    (damped_in_a_part, "volume", "every plane by 1 − 1e-05, at "),
+])  # fmt: skip
+def test_what_a_map_makes_of_the_form_is_told(step, cause, said):
+    box = black_box(step=1, symplectic=True, states=([-1] * 4, [1] * 4), name="box")(step)
+    case = Case("symplecticity", box.own_scene, box, 16)
+    told = cause_in_box(case, in_numbers.measure(case, silent))
+    assert told["cause"] == cause and said in told["sentence"]
 
 
 def test_a_run_ends_where_its_orbit_leaves_the_box():
