@@ -66,7 +66,7 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
     label = f"{case.scene.name} {case.label}"
 
     def show(done: int) -> None:
-        progress(f"{label}: {done} steps", done / steps)
+        progress(f"{label}: {done} of {steps} steps", done / steps)
 
     run = follow(case, flow, steps, interval(steps), progress=show)
     if not float(_growth(run, slice(-1, None))[0]) < BEYOND:
