@@ -108,3 +108,9 @@ axis = Scene(
     lagrangian=lambda x, v, p: v.dot(v) / 2 - x[0] ** 2 / 2 - x[1] ** 2 - x[0] ** 4 / 4,
     symmetries=[Conserved("L", lambda x, mu, p: angular(x, mu), kind="first integral")],
 )  # fmt: skip
+
+
+@one_step(order=2, implicit=True, symplectic=True)
+def said_symplectic(s, z, Z, h):
+    """A map whose form no study asks of a scene with a force."""
+    return Z - z - h * s.f((z + Z) / 2)

@@ -3,7 +3,7 @@
 import sympy
 from sympy import Rational as Q
 
-from discmech import Conserved, Scene, discretisation, pair
+from discmech import Conserved, Scene, discretisation, one_step, pair
 
 
 def flat(x, v, p):
@@ -173,3 +173,29 @@ oval = inside.with_values(
 def aside(L, G, x, u, h):
     """The midpoint rule with a pull along x₀ of 10⁻⁶ h²."""
     return h * L(G.target(x, u, h / 2), u) + h**3 * x[0] ** 2 / 10**6
+
+
+@one_step(order=2, implicit=True, reversible=True)
+def one_way(s, z, Z, h):
+    """The implicit midpoint rule with a kick of 10⁻⁶ h⁴: no step back undoes a step."""
+    kick = [s.split(z + Z)[0][0] / 10**6] + [0] * (s.n - 1)
+    return Z - z - h * s.f((z + Z) / 2) - h**4 * s.join([0] * s.n, kick)
+
+
+@one_step(order=2, implicit=True, reversible=True)
+def there_and_back(s, z, Z, h):
+    return Z - z - h * s.f((z + Z) / 2)
+
+
+@one_step(order=2, keeps="energy")
+def of_no_energy(s, z, h):
+    """Heun's method."""
+    f = s.f(z)
+    return z + h * (f + s.f(z + h * f)) / 2
+
+
+@one_step(order=2, keeps="turns")
+def of_no_form(s, z, h):
+    """The same, of which no form is claimed."""
+    f = s.f(z)
+    return z + h * (f + s.f(z + h * f)) / 2

@@ -11,6 +11,7 @@ CONTROL = control_option("a contact", lambda: (STICKS, WRONG_SIGN, MISSED))
 STUDY = StudyFolder(
     name="contact",
     package=__name__,
+    claims=("order", "symplectic", "reversible", "energy", "energy band", "volume"),
     limits=LIMITS,
     place=3.6,
     example=("bouncing-ball", 40),

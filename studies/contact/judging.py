@@ -10,12 +10,11 @@ from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import of_control
 from ..core.records import decoded
 from ..evidence import judging as single_steps
-from ..evidence.laws import FORM
 from ..symplecticity.limits import LIMITS as OF_FORMS
 from ..symplecticity.limits import limit
 from .limits import LIMITS
-from .measuring import _free_of_work
-from .records import Measured
+from .measuring import FORM_DIGITS, _free_of_work, laws_of
+from .records import Back, Measured
 
 WORDS = {
     "penetration": "a gap is negative", "pull": "a contact pulls",
@@ -62,10 +61,14 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         verdict = Verdict("fail", reason, expected)
     elif reason := next(_open_questions(record, expected), ""):
         verdict = Verdict("inconclusive", reason, expected)
-    what = "the motion between impacts"
-    return single_steps.judge(
-        record.local, verdict, FORM.name, wanted=order, asks_order=True, what=what
+    what, laws = "the motion between impacts", [law.name for law in laws_of(case)]
+    verdict = single_steps.judge(
+        record.local, verdict, *laws, wanted=order, asks_order=True, what=what
     )
+    if record.back is None or record.back or verdict.verdict != "pass":
+        return verdict
+    said = f"{case.rule.name} goes back between impacts; {_NO_WAY_BACK}"
+    return verdict.because(f"{said} {verdict.reason}".strip())
 
 
 def _open_questions(record: Measured, expected: Mapping[str, float]) -> Iterator[str]:
@@ -103,6 +106,25 @@ def _open_questions(record: Measured, expected: Mapping[str, float]) -> Iterator
         )
 
 
+#: why no way back is asked through impacts
+_NO_WAY_BACK = (
+    "through them none is asked, since one that loses energy, depends on the time, or begins or "
+    "ends at a closed gap has none."
+)
+
+
+def _missed(backs: Sequence[Back]) -> Iterator[str]:
+    """Yield a sentence for each impact through which a step does not go back."""
+    for back in backs:
+        allowed = limit(FORM_DIGITS) * max(1.0, back.steep)
+        if not back.missed <= allowed:
+            yield (
+                f"a way back through the impact at t = {back.time:.4g}, with reversed momenta, "
+                f"misses its start by {back.missed:.2g} of the motion, where {allowed:.0e} may be "
+                "round-off: the steps beside it, or the impact, are not reversible."
+            )
+
+
 def _broken(case: Case, record: Measured, expected: Mapping[str, float]) -> Iterator[str]:
     """Yield a sentence for each law that does not hold."""
     allowed = expected["limit"]
@@ -123,6 +145,7 @@ def _broken(case: Case, record: Measured, expected: Mapping[str, float]) -> Iter
     order, wanted = record.order, expected.get("order")
     if order is not None and wanted is not None and not order >= wanted:
         yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
+    yield from _missed(record.back or ())
     across, falls = record.form.across or (), LIMITS["falls"]
     *longer, last = [e for e in across if e is not None] or [0.0]
     if len(across) == 1 + len(longer) and not last <= max(LIMITS["form"], max(longer) / falls):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from math import isnan
 from typing import Any
@@ -13,17 +13,22 @@ import numpy as np
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 from discmech.integrators.extensions.contact import TOUCHING, scaled_gaps
+from discmech.integrators.numbers import first_violation
+from discmech.integrators.rules import Discretisation
 from discmech.integrators.runs import run as run_of
+from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.claims import keeps_energy, keeps_volume, not_claimed
 from ..core.controls import chosen_controls
 from ..core.fitting import orders_between
-from ..evidence.laws import FORM
+from ..evidence.laws import ENERGY, FORM, VOLUME, WAY_BACK, Law
 from ..evidence.measuring import single_steps
 from .faults import CONTROLS, flow_with
 from .judging_rises import asks_finer, is_round_off
 from .laws import defects, energies
 from .pieces import off_course
+from .records import Back
 
 NAME = "contact"
 NEEDS = "it needs a scene with contact, such as bouncing-ball."
@@ -108,9 +113,25 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     count = min(2, len(located.impacts.t))
     measured |= _times(case, last, count, steps, _unsure_times(flow, located, count))
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
-    measured["local"] = single_steps(case, FORM, least=case.order, run=located)
+    measured["local"] = single_steps(case, *laws_of(case), least=case.order, run=located)
     measured["form"] = {"across": _across(case, located)}
+    if claims_way_back(case.rule):
+        measured["back"] = [asdict(back) for back in ways_back(case, located)]
     return {"measured": measured, "rows": rows}
+
+
+def laws_of(case: Case) -> list[Law]:
+    """Return the laws of steps between impacts: those that the rule claims, or the form."""
+    laws: list[Law] = [] if not_claimed(case.rule, "symplectic") else [FORM]
+    laws += [VOLUME] if keeps_volume(case.rule) and case.scene.force is None else []
+    laws += [WAY_BACK] if claims_way_back(case.rule) else []
+    exact = keeps_energy(case.rule) and _free_of_work(case)
+    return laws + ([ENERGY[case.digits == 16]] if exact else [])
+
+
+def claims_way_back(rule: Discretisation) -> bool:
+    """True if a rule claims to be reversible."""
+    return bool(rule.claims and rule.claims.reversible)
 
 
 def _flow(case: Case, part: int, mode: str, digits: int | None = None) -> Any:
@@ -280,13 +301,71 @@ def _across(case: Case, located: Any) -> list[float | None] | None:
     None if it is not demanded: friction, a force, e < 1, no impact. An entry is None for a step
     without a first impact from open gaps.
     """
-    scene = case.scene
-    smooth = not any(np.atleast_1d(np.array(scene.friction) > 0))
-    elastic = scene.restitution == 1 and scene.force is None and smooth
-    if not (elastic and len(located.impacts.t)):
+    asked = _is_elastic(case.scene) and not not_claimed(case.rule, "symplectic")
+    if not (asked and len(located.impacts.t)):
         return None
     steps = int((located.impacts.t[0] - located.t[0]) / float(located.step)) + 2
     return [_across_one(case, steps * part, part) for part in ACROSS]
+
+
+def _is_elastic(scene: Scene) -> bool:
+    """True if impacts lose no energy, and nothing else does work."""
+    smooth = not any(np.atleast_1d(np.array(scene.friction) > 0))
+    return bool(scene.restitution == 1 and scene.force is None and smooth)
+
+
+def ways_back(case: Case, located: Any) -> list[Back]:
+    """Return steps with impacts and back, at 40 digits: from their end with reversed momenta.
+
+    They are those of the first impact, the last and one between them, with the Lagrangian
+    L(x, −v). Empty where an impact has no way back, or where the time tells forth from back.
+    """
+    each, made = located.impacts, list[Back]()
+    if not _is_elastic(case.scene) or case.scene.timed or not len(each.t):
+        return made
+    flow = _flow(case, 1, "located", FORM_DIGITS)
+    turned = _flow(replace(case, scene=_reversed(case)), 1, "located", FORM_DIGITS)
+    gaps, number, step = flow.gaps, flow.numbers.number, float(located.step)
+    with flow.numbers.working():
+        for j in sorted({0, len(each.t) // 2, len(each.t) - 1}):
+            last = int((each.t[j] - located.t[0]) // step)
+            if (row := _open_row(flow, located, last)) is None:
+                continue
+            k, z, sizes = row
+            n = len(located.base[k])
+            for count in range(last - k + 1, last - k + 2 + ROWS):
+                end, pushed = _after(flow, count, z[:n], z[n:])
+                there = gaps.at(end[:n])
+                if pushed and all(there.phi > number(AWAY) * there.own):
+                    break
+            else:
+                continue
+            back, _ = _after(turned, count, end[:n], -end[n:])
+            off = max(abs(np.concatenate([back[:n], -back[n:]]) - z) / sizes)
+            steep = [_steepness(gaps, located, i) for i, t in enumerate(each.t)
+                     if k <= (t - located.t[0]) / step <= k + count]  # fmt: skip
+            made.append(Back(float(each.t[j]), float(off), max(steep)))
+    return made
+
+
+def _steepness(gaps: Any, run: Any, i: int) -> float:
+    """Return how fast an impact could be over how fast its gap closes: it magnifies round-off."""
+    each, k = run.impacts, int((run.impacts.t[i] - run.t[0]) // float(run.step))
+    x, mu, u = (gaps.numbers.array([gaps.numbers.number(float(e)) for e in part], -1)
+                for part in (each.x[i], each.before[i], run.u[k]))  # fmt: skip
+    place, xi = gaps.at(x), gaps.velocity(x, mu, u)
+    struck = int(each.impulses[i, :, 0].argmax())
+    return float(gaps.fastest(place, xi)[struck] / abs(place.normal[struck] @ xi))
+
+
+def _reversed(case: Case) -> Scene:
+    """Return the scene with L(x, −v), on which a motion goes back; the same where L is even."""
+    s, L = case.scheme.s, case.scene.lagrangian
+    assert L is not None
+    back = s.lagrangian.xreplace({u: -u for u in s.u})
+    if first_violation([s.lagrangian - back], [*s.u]) is None:
+        return case.scene
+    return case.scene.with_values(lagrangian=lambda x, v, p: L(x, -v, p))
 
 
 def _across_one(case: Case, steps: int, part: int) -> float | None:
@@ -305,21 +384,10 @@ def _across_one(case: Case, steps: int, part: int) -> float | None:
     flow = _flow(case, part, "located", FORM_DIGITS)
     numbers = flow.numbers
     with numbers.working():
-        n = run.base.shape[1]
-        for k in range(last, max(last - 2, -1), -1):  # row `last` may be on the gap
-            z = numbers.array([numbers.number(float(e)) for row in (run.base[k], run.mu[k])
-                               for e in row], -1)  # fmt: skip
-            place = flow.gaps.at(z[:n])
-            xi = flow.gaps.velocity(z[:n], z[n:], numbers.array(
-                [numbers.number(float(e)) for e in run.u[k]], -1))  # fmt: skip
-            way = flow.context.h * flow.gaps.fastest(place, xi)
-            if all(place.phi > numbers.number(AWAY) * (place.own + way)):
-                break
-        else:
+        if (row := _open_row(flow, run, last)) is None:
             return None  # a start on a gap cannot be moved to its other side
-        moved = abs(flow.context.h * (place.rho @ xi)).max()
-        sizes = numbers.array([max(abs(z[:n]).max(), moved)] * n
-                              + [abs(z[n:]).max()] * (len(z) - n), -1)  # fmt: skip
+        k, z, sizes = row
+        n = run.base.shape[1]
         if not all(sizes > 0):
             return None
         delta, action = numbers.number(DELTA), sizes[0] * sizes[-1]
@@ -338,6 +406,26 @@ def _across_one(case: Case, steps: int, part: int) -> float | None:
                         for at in (z, ends[0]))  # fmt: skip
         off = abs(M @ first @ M.T - final).max() / abs(M).max() ** 2
         return float(off)
+
+
+def _open_row(flow: Any, run: Any, last: int) -> tuple[int, Any, Any] | None:
+    """Return (number, (x, μ), the sizes of its entries) of a row with open gaps, or None.
+
+    It is row `last`, which may be on the gap, or the one before.
+    """
+    numbers, n = flow.numbers, run.base.shape[1]
+    for k in range(last, max(last - 2, -1), -1):
+        z = numbers.array([numbers.number(float(e)) for row in (run.base[k], run.mu[k])
+                           for e in row], -1)  # fmt: skip
+        place = flow.gaps.at(z[:n])
+        xi = flow.gaps.velocity(z[:n], z[n:], numbers.array(
+            [numbers.number(float(e)) for e in run.u[k]], -1))  # fmt: skip
+        way = flow.context.h * flow.gaps.fastest(place, xi)
+        if all(place.phi > numbers.number(AWAY) * (place.own + way)):
+            moved = abs(flow.context.h * (place.rho @ xi)).max()
+            return k, z, numbers.array([max(abs(z[:n]).max(), moved)] * n
+                                       + [abs(z[n:]).max()] * (len(z) - n), -1)  # fmt: skip
+    return None
 
 
 def _after(flow: Any, count: int, x: Any, mu: Any) -> tuple[Any, tuple[tuple[int, ...], ...]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
 
 
@@ -35,12 +36,25 @@ class Form:
 
 
 @dataclass(frozen=True, slots=True)
+class Back:
+    """A way back through the impact at a time, at 40 digits: how far it misses its start.
+
+    missed: over the sizes of x and of μ. steep: how fast the gap could close over how fast it does.
+    """
+
+    time: float = 0.0
+    missed: float = 0.0
+    steep: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class Measured:
     """The laws of a stepped and of a located run, and the order and error of located impacts.
 
     late: the delay of the first stepped impact, in steps. rests: True if a gap stays closed.
     touched: False if none closes. scaled, apart: sentences on gaps that are no distances, and on
-    impacts of one run alone. unsure: gaps whose round-off hides whether they were met.
+    impacts of one run alone. unsure: gaps whose round-off hides whether they were met. back: ways
+    back of a rule that claims to be reversible; none where impacts have none.
     """
 
     stepped: Laws = field(default_factory=Laws)
@@ -55,6 +69,7 @@ class Measured:
     unsure: Sequence[int] = ()
     local: SingleSteps = field(default_factory=SingleSteps)
     form: Form = field(default_factory=Form)
+    back: Sequence[Back] | None = field(default=None, metadata=OPTIONAL)
 
     @property
     def modes(self) -> Sequence[tuple[str, Laws]]:

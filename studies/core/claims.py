@@ -34,6 +34,18 @@ def not_claimed(rule: Discretisation, what: str) -> str:
     return f"{rule.name} does not claim {said}: measured only"
 
 
+def stated(rule: Discretisation) -> dict[str, str]:
+    """Return word → "to be symplectic", of each claim of a rule but names of quantities."""
+    said = {"order": f"to be of order {rule.order}"} if rule.order else {}
+    if rule.effective:
+        said["effective"] = f"to be of effective order {rule.effective}"
+    claims = rule.claims or Claims()
+    own = {"symplectic": claims.symplectic, "reversible": claims.reversible}
+    said |= {word: f"to be {word}" for word, claimed in own.items() if claimed}
+    kept = [word for word in (EXACTLY, BAND, "volume") if word in claims.keeps]
+    return said | {word: f"to keep the {word}" for word in kept}
+
+
 def keeps_volume(rule: Discretisation) -> bool:
     """Return True if each step is said to keep the volume of phase space, by that word."""
     return rule.claims is not None and "volume" in rule.claims.keeps

@@ -57,7 +57,8 @@ class Study:
     of_systems: its command takes scenes and rules. of_the_bench: it tests the bench itself, and no
     method. usual: it is asked of every method, and not only of one that claims something. turn:
     among the cases of a scheme, 0 is quick on scenes of any size, 2 waits for a reference.
-    asks_for: the part of a system that it needs, one of `parts.PARTS`.
+    asks_for: the part of a system that it needs, one of `parts.PARTS`. claims: the claims that it
+    judges, words of `claims.stated`.
     """
 
     name: str = ""
@@ -70,6 +71,7 @@ class Study:
     place: float = 100
     alone: bool = False
     usual: bool = True
+    claims: tuple[str, ...] = ()
     of_systems: bool = True
     of_the_bench: bool = False
     turn: int = 1

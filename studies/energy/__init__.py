@@ -6,6 +6,7 @@ from .limits import LIMITS
 STUDY = StudyFolder(
     name="energy",
     package=__name__,
+    claims=("energy", "energy band"),
     limits=LIMITS,
     place=3,
     example=("kepler", 2000),

@@ -10,6 +10,7 @@ CONTROL = control_option("a step", lambda: (DAMPED, FLIPPED, RUNGE_KUTTA))
 STUDY = StudyFolder(
     name="lattices",
     package=__name__,
+    claims=("order",),
     place=3.8,
     example=("fput", 2000),
     asks_for="sites",

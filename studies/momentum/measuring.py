@@ -49,7 +49,8 @@ NEEDS = (
     "it needs a scene that declares symmetries or Casimirs (a first integral belongs to the "
     "motion, and no method is asked to keep it). Under a force, a one-step map or a composition "
     "is judged only by the quantities that the force does not change, since it defines no discrete "
-    "work with which the change of the others could be compared."
+    "work with which the change of the others could be compared; nor does a lattice under contact, "
+    "since no row tells where in a step its gaps push."
 )
 DIGITS = (16, 50)
 ROWS = 400

@@ -6,6 +6,7 @@ from .limits import LIMITS
 STUDY = StudyFolder(
     name="order",
     package=__name__,
+    claims=("order", "effective"),
     place=0,
     limits=LIMITS,
     asks_for="end",

@@ -5,6 +5,7 @@ from ..core.study import StudyFolder
 STUDY = StudyFolder(
     name="reversibility",
     package=__name__,
+    claims=("reversible",),
     place=11,
     title="Reversibility",
     summary="a step back after a step forth, for methods that say they are self-adjoint",

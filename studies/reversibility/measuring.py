@@ -15,7 +15,10 @@ from . import in_numbers
 from .records import Found, FoundOfNumbers, Measured, Row
 
 NAME = "reversibility"
-NEEDS = "it needs a rule that claims to be reversible."
+NEEDS = (
+    "it needs a rule that claims to be reversible, and a scene without contact: under contact "
+    "`discmech contact` asks for ways back."
+)
 
 
 def cases(choice: Choice) -> list[Case]:

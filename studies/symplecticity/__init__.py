@@ -16,6 +16,7 @@ def _methods() -> Iterable[str]:
 STUDY = StudyFolder(
     name="symplecticity",
     package=__name__,
+    claims=("symplectic", "volume"),
     limits=LIMITS,
     place=1,
     example=("rigid-body", 24),

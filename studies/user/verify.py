@@ -35,6 +35,7 @@ from ..core.words import address_of
 from ..evidence.cloud import WIDE
 from ..proof import prove
 from ..proof.result import Answer
+from .unjudged import unjudged
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -205,11 +206,11 @@ def verify(
 
     `schemes` gives for each scene and rule whether the method is self-adjoint, which is derived and
     not judged, since no rule declares it; `proofs` what is proven of each rule's order, unless
-    studies are named. Raises `BadInput` for wrong files and names, and for rules that no chosen
-    scene can use.
+    studies are named. A claim that no study has judged makes it inconclusive, unless studies are
+    named. Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
     """
     choice = request.choice()
-    not_judged = _claims_of_nothing(choice)
+    not_judged = _names_of_nothing(choice)
     asked = [get(name) for name in request.studies or studies()]
     of_lattices = get("lattices")
     own = () if request.studies else of_lattices.cases(choice)
@@ -231,6 +232,9 @@ def verify(
     moving = any(rule.follows_motion and not rule.is_recorded for rule in choice.rules)
     beside = [f"Laws are asked along each motion and up to {WIDE:g} of its size beside it: a fault "
               "farther away is not seen."] * moving  # fmt: skip
+    if not request.studies and (more := [*not_judged, *unjudged(choice, asked, result.cases)]):
+        not_judged = more  # of these nothing could have failed
+        result = replace(result, verdict=worst((result.verdict, "inconclusive")))
     notes = [*result.notes, *beside, *not_judged,
              *_left_out(request, choice, asked, result.cases)]  # fmt: skip
     notes = list(dict.fromkeys(notes))
@@ -277,11 +281,8 @@ def _proof(rule: Discretisation, progress: Progress, store: Store | None) -> dic
     return store.remembered("answer", key, lambda: ask(remembered=remembered).to_json())
 
 
-def _claims_of_nothing(choice: Choice) -> list[str]:
-    """Return a sentence for each claim or declaration that nothing judges.
-
-    They are names of keeps= that no chosen scene has, any for "momentum", to be reversible where no
-    study takes steps back, and momenta that a scene declares where none is judged.
+def _names_of_nothing(choice: Choice) -> list[str]:
+    """Return a sentence for each name of keeps= that no chosen scene has, any for "momentum".
 
     Raises `BadInput` for a name that is almost a known one.
     """
@@ -305,18 +306,7 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
                 f"{rule.name} claims to keep {name}, which no scene here has: it is not judged; "
                 "name a scene that has it by --scene."
             )
-    backwards = [rule for rule in choice.rules if rule.claims and rule.claims.reversible]
-    judged = [case.rule.name for case in every_study()["reversibility"].cases(choice) if backwards]
-    of_momenta = {case.scene.name for case in get("momentum").cases(choice)}
-    for scene in choice.scenes:
-        momenta = [str(getattr(q, "name", q)) for q in scene.symmetries
-                   if getattr(q, "kind", "") != "first integral"]  # fmt: skip
-        if momenta and scene.name not in of_momenta:
-            said.append(f"{scene.name} declares {', '.join(momenta)}, which no study judges here.")
-    return said + [
-        f"{rule.name} claims to be reversible, which no study judges on the chosen scenes."
-        for rule in backwards if rule.name not in judged
-    ]  # fmt: skip
+    return said
 
 
 def _left_out(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from sympy import Rational
 
-from discmech import BadInput, Scene, pair, scenes
+from discmech import BadInput, Scene, one_step, pair, scenes
 from discmech.integrators import rules
 from discmech.reference import ReferenceFailure, solution
 from discmech.studies import check, get
@@ -90,6 +90,63 @@ def test_an_impact_that_is_wrong_in_the_ninth_digit_fails(fault, apart):
     assert min(across(balls(2, apart), fault)) > 1e-11
     verdict = contact_trials.judged(balls(2, apart), rules.get("midpoint"), fault)
     assert verdict["verdict"] == "fail", verdict["reason"]
+
+
+def late(flow):
+    own = flow._steps
+    made = contact_trials.LateImpact(own.gaps, own.h, own.part, own.e, own.stepped, size=1e-9)
+    flow.__dict__["_steps"] = made
+
+
+@one_step(order=2, implicit=True, reversible=True)
+def there_and_back(s, z, Z, h):
+    return Z - z - h * s.f((z + Z) / 2)
+
+
+@one_step(order=2, implicit=True, reversible=True)
+def one_way(s, z, Z, h):
+    """The implicit midpoint rule with a kick of 10⁻⁶ h⁴."""
+    kick = [s.split(z + Z)[0][0] / 10**6] + [0] * (s.n - 1)
+    return Z - z - h * s.f((z + Z) / 2) - h**4 * s.join([0] * s.n, kick)
+
+
+@one_step(order=4, keeps="energy")
+def of_no_form(s, z, h):
+    """The classical Runge–Kutta method, which keeps neither form nor energy."""
+    a = s.f(z)
+    b = s.f(z + h * a / 2)
+    c = s.f(z + h * b / 2)
+    return z + h * (a + 2 * b + 2 * c + s.f(z + h * c)) / 6
+
+
+RING = Scene(
+    "ring", pair(2), lambda x, v, p: v.dot(v) / 2 - x.dot(x) / 2 + x[0] ** 3 / 9, restitution=1,
+    contact=lambda x, p: [1 - (x[0] ** 2 + x[1] ** 2) ** Rational(1, 2)], step="1/20", duration=6,
+    x0=["0.3", "0.1"], v0=["0.7", "1.1"],
+)  # fmt: skip
+#: with a magnetic field: L(x, −v) is another Lagrangian
+FIELD = RING.with_values(
+    lagrangian=lambda x, v, p: v.dot(v) / 2 - x.dot(x) / 2 + (x[0] * v[1] - x[1] * v[0]) / 3
+)
+
+
+@pytest.mark.parametrize(("scene", "rule", "fault", "verdict", "said"), [
+    (RING, there_and_back, None, "pass", ""), (RING, one_way, None, "fail", "and back misses it"),
+    (RING, there_and_back, rebound, "fail", ""),
+    *(pytest.param(*row, marks=pytest.mark.slow) for row in [
+        (FIELD, there_and_back, None, "pass", ""),
+        (FIELD, there_and_back, late, "fail", ""),
+        (RING, replace(of_no_form, claims=replace(of_no_form.claims, keeps=())), None, "pass", ""),
+        (RING, of_no_form, None, "fail", "changes the energy by"),
+        (RING.with_values(restitution="1/2"), there_and_back, None, "pass", "loses energy"),
+    ]),
+])  # fmt: skip
+def test_a_rule_under_contact_is_judged_by_what_it_claims(scene, rule, fault, verdict, said):
+    found = contact_trials.judged(scene, rule, fault)
+    assert found["verdict"] == verdict and said in found["reason"], found["reason"]
+    if rule is there_and_back and scene.restitution == 1:
+        backs = [back["missed"] for back in found["measured"]["back"]]
+        assert len(backs) > 1 and (max(backs) < 1e-35 if fault is None else min(backs) > 1e-11)
 
 
 @pytest.mark.slow

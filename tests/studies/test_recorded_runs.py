@@ -165,6 +165,9 @@ def test_energy_and_momenta_of_runs_are_judged_where_they_are_claimed(tmp_path):
     assert check("momentum", ["kepler"], [lossy])["verdict"] == "fail"
     silent = recorded(str(tmp_path / "*.npz"), 2)
     assert check("momentum", ["kepler"], [silent])["verdict"] == "measured"
+    for claim in ({"reversible": True}, {"keeps": "volume"}):
+        with pytest.raises(BadInput, match="tell of no step back and of no volume"):
+            recorded(str(tmp_path / "*.npz"), 2, **claim)
 
 
 @pytest.mark.parametrize(("rule", "verdict"), [

@@ -323,15 +323,53 @@ def test_a_claim_that_no_scene_can_judge_is_told(folder):
         verify(Request(files=("slip.py",), scenes=("pendulum",)))
     (folder / "other.py").write_text(claimed.format("my charge"))
     choice = Request(files=("other.py",), scenes=("pendulum",)).choice()
-    assert "not judged" in verifying._claims_of_nothing(choice)[0]
+    assert "not judged" in verifying._names_of_nothing(choice)[0]
     (folder / "bare.py").write_text(
         claimed.format("momentum") + "\n\nfrom discmech import Scene, pair\n"
         "bare = Scene('bare', pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[0], v0=[1])\n"
     )
-    told = verifying._claims_of_nothing(
+    told = verifying._names_of_nothing(
         Request(files=("bare.py",), scenes=("bare.py:bare",)).choice()
     )
     assert len(told) == 1 and "claims to keep momentum, and no scene" in told[0]
+
+
+CLAIMS = """from discmech import Conserved, Scene, one_step, pair
+
+
+@one_step(order=2, implicit=True, reversible=True, symplectic=True, keeps="momentum")
+def claimed(s, z, Z, h):
+    return Z - z - h * s.f((z + Z) / 2)
+
+
+rubbed = Scene(
+    "rubbed", pair(2), lambda x, v, p: v.dot(v) / 2 - x.dot(x) / 2, x0=[1, 0], v0=[0, 1],
+    force=lambda x, v, p: [-v[0] / 9, -v[1] / 8], duration=2, step="1/20",
+    symmetries=[Conserved("turns", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
+)
+"""
+
+
+def test_what_no_case_judges_is_told_with_the_reason(folder):
+    """A form under a force, and what the force changes of a momentum by a map without its work."""
+    (folder / "claims.py").write_text(CLAIMS)
+    choice = Request(files=("claims.py",), scenes=("claims.py:rubbed",)).choice()
+    judges = [get(name) for name in (*verifying.studies(), "reversibility")]
+    done = [Result(study=study.name, scene=case.scene.name, rule=case.rule.name)
+            for study in judges for case in study.cases(choice)]  # fmt: skip
+    form, momentum = verifying.unjudged(choice, judges, done)
+    assert form.startswith("claimed claims to be symplectic, which nothing judges here (sympl")
+    assert momentum.startswith("rubbed declares turns, which nothing judges by claimed (momentum:")
+    all_of_them = verifying.unjudged(choice, judges, [])
+    assert [said for said in all_of_them if "reversible" in said and "contact" in said]
+
+
+@pytest.mark.slow
+def test_a_claim_that_no_case_judges_is_no_pass(folder, ask):
+    (folder / "claims.py").write_text(CLAIMS)
+    asked = ("--scene", "claims.py:rubbed", "--steps", "100", "--digits", "16")
+    code, out, _ = ask("verify", "claims.py", *asked)
+    assert code == 3 and "symplectic, which nothing judges" in " ".join(out.split())
 
 
 def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, ask):

@@ -16,6 +16,7 @@ from ...flows import StepChoice, Trajectory
 from ...hooks import scene_named
 from ...numbers import arithmetic, exact_rational, mpmath, whole_number
 from ...numbers.types import Given, Number, Numbers, Vector
+from ...rules import Claims
 from ...scene import Scene
 from .box import BlackBox, black_box, given_name
 from .box_flow import BoxFlow
@@ -111,10 +112,11 @@ def recorded(
     place of momenta; a column h gives the step if not every step has a row. All runs begin at the
     same state. scene: the scene of the runs, itself, by its name, or as FILE.py:NAME; without it
     they belong to any scene that they fit (`verify` takes those that begin at the same state).
-    order and claims (symplectic, keeps, source): as for `black_box`.
+    order and claims (symplectic, keeps, source): as for `black_box`, but none of a step
+    back and none of volume.
 
     Order, momenta and energy are judged; studies that need further steps are left out. Raises
-    `BadInput` for files that are not such runs.
+    `BadInput` for files that are not such runs, and for claims of which they tell nothing.
     """
     folder = folder_of_caller()
     runs = recordings(files, folder, state)
@@ -122,6 +124,13 @@ def recorded(
     label = given_name(name, "-".join(filter(None, ["recorded", Path(pattern).parent.name])))
     made = black_box(order, runs=True, state=state, name=label,
                      **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
+    said = made.claims or Claims()
+    if said.reversible or "volume" in said.keeps:
+        raise BadInput(
+            f"{label}: rows of runs from one start tell of no step back and of no volume, so "
+            'nothing could judge reversible=True or keeps="volume"; leave it out, or claim it of '
+            "the program itself, by black_box or external."
+        )
     if isinstance(scene, Scene):
         scene = scene.name
     if not isinstance(scene, str):
