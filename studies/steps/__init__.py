@@ -12,6 +12,7 @@ STUDY = StudyFolder(
     example=("kepler", 500),
     title="Steps that vary",
     summary="rules whose steps vary: order at the times reached, way back, extended form, energy",
+    claims=("order", "symplectic", "reversible", "energy", "energy band"),
     asks="do steps that vary keep the order, form and way back of the rule?",
     measured=(
         "error in (x, μ) at the physical times that are reached, on a ladder of ε at 50 digits; a "

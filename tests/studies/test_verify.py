@@ -9,9 +9,11 @@ from functools import partial
 import pytest
 from rich.console import Console
 
+from discmech import vary
 from discmech.integrators import BadInput, rules, scenes
 from discmech.studies import get
 from discmech.studies.core import lookup
+from discmech.studies.core.case import Choice
 from discmech.studies.core.fingerprint import of_proof
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.result import Result, StudyResult, result_of
@@ -362,6 +364,17 @@ def test_what_no_case_judges_is_told_with_the_reason(folder):
     assert momentum.startswith("rubbed declares turns, which nothing judges by claimed (momentum:")
     all_of_them = verifying.unjudged(choice, judges, [])
     assert [said for said in all_of_them if "reversible" in said and "contact" in said]
+
+
+def test_of_each_scene_alone_all_claims_of_the_built_in_rules_are_judged():
+    every, judges = Choice(), [get(name) for name in verifying.studies()]
+    ones = [replace(every, scenes=(scene,), rules=(rule,)) for scene, rule in every.pairs()]
+    varied = vary(rules.get("midpoint"), lambda x, mu, p: 1 + mu.dot(mu), "poincare", name="varied")
+    ones.append(replace(every, scenes=(scenes.get("pendulum"),), rules=(varied,)))
+    for one in ones:
+        done = [Result(study=study.name, scene=case.scene.name, rule=case.rule.name)
+                for study in judges for case in study.cases(one)]  # fmt: skip
+        assert not verifying.unjudged(one, judges, done)
 
 
 @pytest.mark.slow

@@ -138,8 +138,10 @@ def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
         x0=[0, 1], v0=[1, 0], step="0.1", duration=5,
     )  # fmt: skip
     found = measured("order", scene, midpoint, 16, 50)
-    assert found["verdict"] == "inconclusive" and "exact" not in found["reason"]
-    assert "one step is of order 2.00" in found["reason"]
+    assert found["verdict"] == "pass" and "exact" not in found["reason"]
+    assert "single steps, also beside the motion, are of order 2.00" in found["reason"]
+    wrong = measured("order", scene, inconsistent(sympy.Rational("1e-2")), 16, 50)
+    assert wrong["verdict"] == "fail"
 
 
 @pytest.mark.slow
