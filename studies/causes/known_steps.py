@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from fractions import Fraction
 from functools import cache, lru_cache, partial
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -28,14 +27,6 @@ LONGER, LONGEST = 4, 6
 PARTS = 16  # steps for the motion itself, of which the error is 16⁴ times smaller
 #: iterations for the state between two parts of a step, of which a separable H needs two
 ITERATIONS = 16
-#: times what a step of the scene's own size leaves of the equation, it is not solved; the same for
-#: round-off
-SOLVED = 8
-#: what an iteration leaves sinks by at least this power of the step, as no method's does, or at
-#: most by that, of so many sweeps, beyond which it is a switch; or it stops at some tolerance
-SWEEPS, STOPS = (10, 200), 2.0**-30
-CLOSE = 1e-2  # what an iteration that converges leaves of the state, at most
-SHORTER = Fraction(9, 10)  # factor of the step by which such a power is seen
 #: (system, h, z, end) ↦ what a step leaves of a method's equation, over the state
 Left: TypeAlias = Callable[[Any, float, Vector, Vector], float]
 #: name ↦ (order, the parts of a step): each moves along the field at one place, which lies at
@@ -93,6 +84,7 @@ def by_design(case: Case, law: str) -> Told | None:
     )
 
 
+@lru_cache(maxsize=64)
 def known_step(scheme: Any) -> tuple[str, int] | None:
     """Return (name, order) of the known method whose steps a scheme's steps are, or None.
 
@@ -100,13 +92,6 @@ def known_step(scheme: Any) -> tuple[str, int] | None:
     the time; and not of a map of one step. The motion itself is told from the method by the same
     steps: a method of a higher order is as near to it as round-off where they are short.
     """
-    known = _known(scheme)
-    return known and known[:2]
-
-
-@lru_cache(maxsize=64)
-def _known(scheme: Any) -> tuple[str, int, Left, float] | None:
-    """Return also what a step leaves of the method's equation, and the most at the scene's step."""
     scene = scheme.scene
     free = scene.groupoid.canonical and not (scene.all_constraints or scene.clocked)
     if not free or not scheme.rule.follows_motion:
@@ -133,8 +118,7 @@ def _known(scheme: Any) -> tuple[str, int, Left, float] | None:
         return False
 
     try:
-        own = steps_of(0)
-        if not np.ptp([z for _, z, _ in own], axis=0).any():  # at rest all methods agree
+        if not np.ptp([z for _, z, _ in steps_of(0)], axis=0).any():  # at rest all methods agree
             return None
         implicit = [(name, order, partial(_left, parts), 0)
                     for name, (order, parts) in KNOWN.items()]  # fmt: skip
@@ -142,44 +126,10 @@ def _known(scheme: Any) -> tuple[str, int, Left, float] | None:
                     for name, stages in EXPLICIT.items()]  # fmt: skip
         for name, order, left, least in implicit + explicit:
             if seen(left, least):
-                return name, order, left, max(left(system, *step) for step in own)
+                return name, order
     except DiscmechError:
         return None
     return None
-
-
-def unsolved(scheme: Any, z: Vector, time: Fraction, step: Fraction) -> str:
-    """Return why a step does not solve the equation of the known method that others solve, or "".
-
-    An iteration of m sweeps leaves some power hᵐ, and one that stops early what does not depend on
-    h smoothly; a power that a method may have of itself is another step, and so is a sudden change.
-    """
-    if (known := _known(scheme)) is None:
-        return ""
-    name, _, left, usual = known
-    system = scene_in_numbers(scheme.s, scheme.scene, arithmetic(16))
-
-    def left_at(h: Fraction) -> float:
-        end = scheme.flow(h).map_of(1, t0=time)(z)
-        return left(system, float(h), z.reshape(2, -1), end.reshape(2, -1))
-
-    least, rest = SOLVED * max(usual, 2.0**-53), list[float]()
-    try:
-        for k in range(LONGEST * 4):  # far beyond its reach an iteration goes anywhere
-            left_there = left_at(step * SHORTER**k)
-            rest += [left_there] if rest or left_there < CLOSE else []
-            if len(rest) == 4 or (rest and rest[0] <= least):
-                break
-    except DiscmechError:
-        return ""
-    if len(rest) < 4:
-        return ""
-    powers = np.diff(np.log(np.maximum(rest, least))) / math.log(SHORTER)
-    of_a_method = min(rest) > least and np.ptp(powers) < 1 and powers.max() < SWEEPS[0]
-    if of_a_method or not (rest[0] <= STOPS or SWEEPS[0] <= powers[0] <= SWEEPS[1]):
-        return ""
-    said = f"an iteration leaves {rest[0]:.0e} of the state, or more, in the equation of {name}"
-    return f"{said} there"
 
 
 def _left(parts: Any, system: Any, h: float, z: Vector, end: Vector) -> float:

@@ -19,7 +19,7 @@ from ..evidence.many_steps import many_steps
 from ..evidence.places import Place
 from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided
 from ..symplecticity.judging_form import rounded
-from ..symplecticity.places import Look, looks, more_looks, shortest_left_out
+from ..symplecticity.places import Look, looks, more_looks
 from .records import FoundOfNumbers, Measured, OfReturn
 
 #: factor for a program's change of its argument beside its result: the rounded state in between
@@ -47,7 +47,6 @@ def measure(case: Case) -> FoundOfNumbers:
     for k, look in enumerate(itertools.chain(first, further)):
         if k >= len(first) and not undecided(case, rows):
             break
-        all_looks.append(look)
         row = OfReturn(float(look.step), k, float(look.time), count=look.count)
         try:
             rows.append(_returned(row, case, look, scale, seed + k))
@@ -58,8 +57,7 @@ def measure(case: Case) -> FoundOfNumbers:
     if not defects:
         return FoundOfNumbers(rows, asked=asked)
     last, (defect, certain) = decisive(case, rows), map(max, zip(*defects, strict=True))
-    return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution), asked,
-                          shortest_left_out(all_looks))  # fmt: skip
+    return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution), asked)
 
 
 def _seen(case: Case) -> tuple[list[Place], int]:

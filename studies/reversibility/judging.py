@@ -65,8 +65,7 @@ def _judge_numbers(case: Case, record: FoundOfNumbers) -> Verdict:
             said = f"{said + ', but f' if said else 'F'}rom {len(rough)} of {len(record.rows)} "
             said += f"places a step is too rough to tell, most {at_step(case, worst)}, where "
             said += f"{worst.defect:.1e} of the motion is missed"
-        said = "; ".join(filter(None, (said, record.left_out)))
-        return Verdict("pass", f"{said[:1].upper()}{said[1:]}." if said else "", expected)
+        return Verdict("pass", f"{said}." if said else "", expected)
     said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "
     said += f"could be hidden, where a method of this order may leave {left:.1e}."
     return Verdict("inconclusive", said, expected)

@@ -61,12 +61,10 @@ class Found:
 class FoundOfNumbers:
     """The rows of a program, the largest of each, and what a method of its order may leave.
 
-    asked: the number of states along the motion from which steps of all sizes went back. left_out:
-    why steps longer than the scene's did not, or "".
+    asked: the number of states along the motion from which steps of all sizes went back.
     """
 
     rows: Sequence[OfReturn] = ()
     left: float | None = field(default=None, metadata=OPTIONAL)
     measured: Measured = field(default_factory=Measured)
     asked: int = 0
-    left_out: str = ""

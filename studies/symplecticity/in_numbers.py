@@ -30,7 +30,7 @@ from .judging_form import is_defect
 from .jumps import jumps_of
 from .leaves import leaf_defect
 from .own_derivatives import of_run, of_step
-from .places import Look, looks, map_of, more_looks, scale_of, shortest_left_out
+from .places import Look, looks, map_of, more_looks, scale_of
 from .records import Defect, FoundOfNumbers, Held, Jump, MeasuredOfNumbers, OfNumbers
 
 #: share of the defect of a method of that order: a smaller defect is none
@@ -72,7 +72,6 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
     for look in more_looks(scheme, scale, seed):
         if not undecided(case, rows):
             break
-        all_looks.append(look)
         rows.append(_row(case, len(rows), look, scale, seed))
     around, unit, jumps = 0, case.rule.unit(16), list[Jump]()
     known = [row.certain for row in rows if row.certain is not None]
@@ -82,8 +81,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         near = [_row(case, len(rows), look, part * scale, seed)
                 for look in stand_out for part in NEAR]  # fmt: skip
         rows += [row for row in near if row.certain is not None]
-    return FoundOfNumbers(rows, _measured(case, rows), around=around, jumps=jumps,
-                          left_out=shortest_left_out(all_looks))  # fmt: skip
+    return FoundOfNumbers(rows, _measured(case, rows), around=around, jumps=jumps)
 
 
 def certain_losses(case: Case, fewer: int) -> list[Look]:

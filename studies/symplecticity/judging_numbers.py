@@ -214,7 +214,7 @@ def _looked_at(case: Case, record: FoundOfNumbers) -> list[str]:
 
     Faults of a box, or of the states around a motion, may lie between these.
     """
-    told, rows = [record.left_out] * bool(record.left_out), record.rows
+    told, rows = [], record.rows
     for jump in record.jumps[:1]:
         told.append(f"it jumps by {jump.size:.2g} of the motion at {_at(jump)}, where "
                     "differences of states see either side alone")  # fmt: skip

@@ -15,7 +15,6 @@ from discmech import reference
 from discmech.integrators.extensions.foreign import MapOfRows, guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 
-from ..causes.known_steps import unsolved
 from ..evidence import evidence_of
 from ..evidence.cloud import in_box
 from ..evidence.places import random_fraction, seed_in_numbers
@@ -25,9 +24,6 @@ ROWS = 400  # the largest number of steps of the motion
 #: the longest step from a place, in radians of the fastest motion there
 FAST = 0.5, 1.0
 SHARES = 0.0, 0.1, 0.2, 0.3  # shares of the motion's size by which places in numbers lie beside it
-#: a step so many times the scene's is the bench's own; the next one, if it is not solved; the share
-#: of the motion's size to which differences of states mostly reach
-LONG, SHORTER, REACH = 2, Fraction(3, 5), 1 / 4
 # steps of a run that is judged as one map: a fault that one step hides may lie between them
 MORE = 3
 IN_BOX, TRIES = 6, 32  # number of states of a box, and of draws of one from which a run stays in it
@@ -35,17 +31,13 @@ IN_BOX, TRIES = 6, 32  # number of states of a box, and of draws of one from whi
 
 @dataclass(frozen=True)
 class Look:
-    """A state z = (x, μ), a time and a step (exact), how many of them, and the rate ‖∂f/∂z‖.
-
-    left_out: why a longer step is not looked at, in words, or "".
-    """
+    """A state z = (x, μ), a time and a step (exact), how many of them, and the rate ‖∂f/∂z‖."""
 
     z: Vector
     time: Fraction
     step: Fraction
     count: int
     rate: float
-    left_out: str = ""
 
 
 def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
@@ -62,8 +54,7 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
         seed = seed_in_numbers(scheme)
         drawn = random.Random(seed)
         for z, time, fast in _states(scheme, scale, drawn, SHARES):
-            step = own * random_fraction(drawn, 0.6, 1.7)
-            all_looks += _both(scheme, drawn, z, time, step, fast, scale)
+            all_looks += _both(scheme, drawn, z, time, own * random_fraction(drawn, 0.6, 1.7), fast)
         return all_looks, scale, seed
     evidence = evidence_of(scheme)
     drawn, system = random.Random(evidence.seed + 2), scheme.flow(own).system
@@ -71,45 +62,18 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
         z = np.array([float(e) for e in (*place.x, *place.mu)])
         fast = rate(system, z, scale, float(place.t))
         step = min(place.step, own * random_fraction(drawn, 0.6, 1.7))
-        all_looks += _both(scheme, drawn, z, place.t, step, fast, scale)
+        all_looks += _both(scheme, drawn, z, place.t, step, fast)
     return all_looks, scale, evidence.seed
 
 
 def _both(
-    scheme: Any, drawn: random.Random, z: Vector, time: Fraction, own: Fraction, fast: float,
-    scale: Vector,
-) -> list[Look]:  # fmt: skip
+    scheme: Any, drawn: random.Random, z: Vector, time: Fraction, own: Fraction, fast: float
+) -> list[Look]:
     """Return looks at some steps of that size and at a long one; a map has its one step alone."""
     longest = Fraction(1 / fast) if 0 < fast < math.inf else own
-    return [
-        Look(z, time, scheme.rule.step_for(own), MORE, fast),
-        _long(scheme, z, time, max(own, longest * random_fraction(drawn, *FAST)), fast, scale),
-    ]
-
-
-def _long(
-    scheme: Any, z: Vector, time: Fraction, step: Fraction, fast: float, scale: Vector
-) -> Look:
-    """Return a look at one long step, or at the longest part of it of which the equation is solved.
-
-    A user's iteration is made for the scene's step. One of a size that only the bench has chosen
-    tells nothing of the method where the iteration does not converge, or does not at the states
-    beside it of which differences are taken.
-    """
-    step, own, left_out = scheme.rule.step_for(step), Fraction(scheme.scene.step), ""
-    states = [z, *(z + sign * way for way in np.diag(scale * REACH) for sign in (1, -1))]
-    while step > LONG * own and (why := max(unsolved(scheme, at, time, step) for at in states)):
-        left_out = (
-            f"steps of {float(step):.2g} ({float(step / own):.2g} times the scene's) and more"
-        )
-        left_out, step = f"{left_out} are left out, as {why}", SHORTER * step
-    return Look(z, time, step, 1, fast, left_out)
-
-
-def shortest_left_out(all_looks: Sequence[Look]) -> str:
-    """Return why the shortest of steps were left out, or ""."""
-    told = [look for look in all_looks if look.left_out]
-    return min(told, key=lambda look: look.step).left_out if told else ""
+    steps = [own, max(own, longest * random_fraction(drawn, *FAST))]
+    return [Look(z, time, scheme.rule.step_for(step), count, fast)
+            for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
 
 
 def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
@@ -126,7 +90,7 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
             z = low + (high - low) * np.array([drawn.random() for _ in low])
             if inside := bool(np.isfinite(stays(z)).all()):
                 break
-        looks = _both(scheme, drawn, z, Fraction(0), step, math.inf, (high - low) / 2)
+        looks = _both(scheme, drawn, z, Fraction(0), step, math.inf)
         all_looks += looks if inside else looks[1:]
     return all_looks, scale_of(scheme), seed
 
@@ -167,7 +131,7 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     for z, time, fast in _states(scheme, scale, drawn, SHARES * 2):
         if 0 < fast < math.inf:
             step = Fraction(1 / fast) * random_fraction(drawn, *FAST)
-            yield _long(scheme, z, time, step, fast, scale)
+            yield Look(z, time, scheme.rule.step_for(step), 1, fast)
 
 
 def _states(

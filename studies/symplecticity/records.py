@@ -144,8 +144,7 @@ class FoundOfNumbers:
     """The rows of a program, the worst of each, the form along a run, and its single steps.
 
     around: the number of drawn states at which plain differences looked for faults. jumps: those
-    that lines through these states met. left_out: why steps longer than the scene's were not looked
-    at, or "".
+    that lines through these states met.
     """
 
     rows: Sequence[OfNumbers] = ()
@@ -153,7 +152,6 @@ class FoundOfNumbers:
     run: OfRun = field(default_factory=OfRun)
     around: int = 0
     jumps: Sequence[Jump] = ()
-    left_out: str = ""
     local: SingleSteps | None = None
 
 

@@ -17,7 +17,7 @@ from ..core.study import Study
 
 def unjudged(choice: Choice, asked: Sequence[Study], cases: Sequence[AnyResult]) -> list[str]:
     """Return a sentence for each claim of a rule that no study has judged on any scene, with what
-    those say that judge it elsewhere, and for each declared momentum that none has on a scene.
+    those say that judge it elsewhere, and for each momentum that it claims on a scene.
 
     asked: the studies that had a choice of cases.
     """
@@ -31,11 +31,14 @@ def unjudged(choice: Choice, asked: Sequence[Study], cases: Sequence[AnyResult])
             if judges and not names & {study.name for study in judges}:
                 why = "; ".join(f"{e.name}: {e.lacks(choice).rstrip('.')}" for e in judges)
                 said.append(f"{rule.name} claims {claim}, which nothing judges here ({why}).")
-    return [*said, *_momenta(choice, cases)]
+    return [*said, *momenta_of(choice, cases, claimed=True)]
 
 
-def _momenta(choice: Choice, cases: Sequence[AnyResult]) -> list[str]:
-    """Return the sentences on momenta; a rule that states claims is asked for those it claims."""
+def momenta_of(choice: Choice, cases: Sequence[AnyResult], claimed: bool) -> list[str]:
+    """Return a sentence for each momentum of a scene that nothing has judged by some rules.
+
+    claimed: those that rules claim, else those of rules that state no claim.
+    """
     study, left = get("momentum"), list[tuple[str, str]]()
     judged = {(case.scene, case.rule) for case in cases if case.study == study.name}
     systems: list[tuple[Any, Discretisation]] = [*choice.pairs()]
@@ -44,7 +47,8 @@ def _momenta(choice: Choice, cases: Sequence[AnyResult]) -> list[str]:
         of = scene.symmetries
         momenta = [*of] if isinstance(of, dict) else [q.name for q in of if q.to_roundoff]
         asked = claimed_names(rule, momenta)
-        if asked and (scene.name, rule.name) not in judged:
+        states = rule.claims is not None
+        if asked and states is claimed and (scene.name, rule.name) not in judged:
             left.append((f"{scene.name} declares {', '.join(asked)}", rule.name))
     return [f"{what}, which nothing judges by {', '.join(rule for _, rule in alike)} "
             f"(momentum: {study.lacks(choice).rstrip('.')})."

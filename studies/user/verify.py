@@ -35,7 +35,7 @@ from ..core.words import address_of
 from ..evidence.cloud import WIDE
 from ..proof import prove
 from ..proof.result import Answer
-from .unjudged import unjudged
+from .unjudged import momenta_of, unjudged
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -235,7 +235,8 @@ def verify(
     if not request.studies and (more := [*not_judged, *unjudged(choice, asked, result.cases)]):
         not_judged = more  # of these nothing could have failed
         result = replace(result, verdict=worst((result.verdict, "inconclusive")))
-    notes = [*result.notes, *beside, *not_judged,
+    declared = momenta_of(choice, result.cases, claimed=False)
+    notes = [*result.notes, *beside, *not_judged, *declared,
              *_left_out(request, choice, asked, result.cases)]  # fmt: skip
     notes = list(dict.fromkeys(notes))
     proofs = None if request.studies else proofs_of(choice.rules, progress, store)

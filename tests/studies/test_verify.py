@@ -362,6 +362,12 @@ def test_what_no_case_judges_is_told_with_the_reason(folder):
     form, momentum = verifying.unjudged(choice, judges, done)
     assert form.startswith("claimed claims to be symplectic, which nothing judges here (sympl")
     assert momentum.startswith("rubbed declares turns, which nothing judges by claimed (momentum:")
+    assert not verifying.momenta_of(choice, done, claimed=False)
+    silent = replace(choice, rules=tuple(replace(rule, claims=None) for rule in choice.rules))
+    assert [verifying.momenta_of(silent, done, claimed=c) for c in (True, False)] == [
+        [],
+        [momentum],
+    ]
     all_of_them = verifying.unjudged(choice, judges, [])
     assert [said for said in all_of_them if "reversible" in said and "contact" in said]
 

@@ -236,6 +236,9 @@ def test_one_step_denies_what_runs_do_not_see():
     assert told[0] == "inconclusive" and "one step is of order 3.00 in x: take another" in told[1]
     told = order_of(None, rows=exact, local=local(2.0))  # as at rest
     assert told[0] == "pass" and "single steps, also beside the motion, are of order 2.0" in told[1]
+    program = case()  # it may count its steps
+    program.rule = black_box(order=2)(lambda q, p, h, s: (q, p))
+    assert order_of(None, program, rows=exact, local=local(2.0))[0] == "inconclusive"
     # runs that fail keep their own reason, and are told of a higher order only above
     below = order_of(1.5, local=local(1.0))[1]
     assert below.startswith("order 1.500 is below") and "higher than declared" not in below
