@@ -99,8 +99,9 @@ def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
-        what = f"error in (x, μ){to_time(own[0])}"
-        lines = list(map(_line, own))
+        alike = len({to_time(case) for case in own}) == 1
+        what = f"error in (x, μ){to_time(own[0]) if alike else ' at the end of each run'}"
+        lines = [replace(_line(case), more="" if alike else to_time(case)) for case in own]
         return [plot_convergence.panel(titles.get(scene, scene), lines, known, what)]
 
     if own := list(plot_varied.sketches(cases)):  # a line for each value would hide all others

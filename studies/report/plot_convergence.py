@@ -40,12 +40,16 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """The errors of a method on a ladder of steps, its order and the expected one."""
+    """The errors of a method on a ladder of steps, its order and the expected one.
+
+    more: words beneath its name, such as the time at which its runs end.
+    """
 
     case: AnyResult
     points: Sequence[Point]
     order: float | None = None
     expected: float | None = None
+    more: str = ""
 
     @property
     def curve(self) -> Curve:
@@ -65,7 +69,8 @@ class Line:
         words = self.case.method + (
             f"  {order_of(self.order, 3)}" if self.order is not None else ""
         )
-        return words if self.case.passed else f"{words}\n({self.case.verdict})"
+        verdict = "" if self.case.passed else f"({self.case.verdict})"
+        return "\n".join(filter(None, (words, self.more.strip(), verdict)))
 
 
 def panel(

@@ -99,7 +99,9 @@ def test_one_method_of_two_names_ties_as_one():
     (long("drift", 2.0), ["band"]),
 ])  # fmt: skip
 def test_long_runs_are_carried_on_by_their_growth(other, taken):
-    line = only([long("band", 1e-4), other])
+    without = raced("without a run of that time", periods=1000)
+    line = only([long("band", 1e-4), other, without])
+    assert "without" not in advising.sentence(line)
     assert sorted(line["take"]) == taken
     assert advising.sentence(line).endswith(
         "for 20 ms to cover 1000 periods; for more periods the errors are extended by the rate at "

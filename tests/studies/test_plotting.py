@@ -320,6 +320,13 @@ def test_the_energy_lost_in_impacts_is_drawn_over_that_of_the_start():
     assert axes.lines[0].get_ydata()[-1] == pytest.approx(-1, abs=1e-3)
 
 
+def test_runs_that_end_at_unlike_times_say_so_beside_their_names():
+    result = check("order", "kepler", rules=["rectangle", "midpoint"], digits=16)
+    words = [text.get_text() for text in plot(result).axes[0].texts]
+    assert [w for w in words if "rectangle" in w and "at t = 1.184" in w]
+    assert [w for w in words if "midpoint" in w and "at t = 5" in w]
+
+
 @pytest.mark.parametrize(("thing", "kind", "words"), [
     (3, None, "plot takes what check"), ([], None, "plot takes what check"),
     ("pendulum", "phas", "phase"), ("rigid-body", "base", "no base here"),

@@ -260,6 +260,9 @@ class Calls:
         if k == 0 and isinstance(error, SLIPS):
             said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
             said += f": {remedy(error)}" * isinstance(error, ImportError)
+            said += "; q and p are arrays: take numpy's functions, np.sin in place of math.sin" * (
+                "converted to Python scalars" in said
+            )
             return BadInput(
                 f"{begun}the black box {self.box.name} raises {type(error).__name__}: {said}."
             )
