@@ -132,20 +132,20 @@ def _judge_faults(
         )
     elif worked and record.rows:
         steps, last = min(WORKED, record.steps), record.rows[-1]
-        said = (
-            f"{', '.join(worked)}: held against its work or equation in {steps} steps, to "
-            f"t = {steps * last.time / last.step:.4g}, and in single steps from drawn places."
-        )
-    if record.impacts is None:
-        return Verdict("pass", said, expected)
-    if worked and record.resting:
-        rest = f"in {record.resting} steps a gap stays closed, or pushes before an impact, and "
-        rest += "where its impulses act no row tells"
-        if record.resting == min(WORKED, record.steps):
+        free = steps if record.free is None else record.free
+        rest = f"in {record.resting} of the steps a gap stays closed, or pushes before an impact, "
+        rest += "and where its impulses act no row tells"
+        if not free and record.resting:
             return Verdict("inconclusive", f"nothing could fail: {rest}.", expected)
-        said = f"{said} Not judged: {rest}."
-    said = f"{said} The run has {record.impacts} impacts".strip()
-    said += ", where it changes by their impulses." if worked else "."
+        some = f"{free} of {steps}" if free < steps else steps
+        said = (
+            f"{', '.join(worked)}: held against its work or equation in {some} steps, "
+            f"to t = {steps * last.time / last.step:.4g}, and in single steps from drawn places."
+        )
+        said += f" Not judged: {rest}." if record.resting else ""
+    if (impacts := record.impacts) is not None:
+        said = f"{said} The run has {impacts} impact{'s' * (impacts != 1)}".strip()
+        said += ", where it changes by their impulses." if worked and impacts else "."
     return Verdict("pass", said, expected)
 
 

@@ -152,8 +152,8 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     if flown is None:
         return record
     pushed, by_impacts = struck(flown)
-    resting = int((pushed & ~by_impacts).sum())
-    return replace(record, impacts=len(flown.impacts.t), resting=resting)
+    resting, free = int((pushed & ~by_impacts).sum()), int((~pushed).sum())
+    return replace(record, impacts=len(flown.impacts.t), resting=resting, free=free)
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:

@@ -45,8 +45,8 @@ class Found:
     By quantity: units, the effect of round-off of a step and of the value, in ε; over, the steps
     over which it was followed; walks, the roundings that it had. lost: the drift that lost digits
     explain. Under contact, impacts: the number of those that were met; resting: that of the steps
-    with other impulses. compared: the rows of a run of many sites from which steps were compared
-    with their work.
+    with other impulses; free: that of the steps without any. compared: the rows of a run of many
+    sites from which steps were compared with their work.
     """
 
     rows: Sequence[Row] = ()
@@ -61,6 +61,7 @@ class Found:
     impacts: int | None = field(default=None, metadata=OPTIONAL)
     compared: int | None = field(default=None, metadata=OPTIONAL)
     resting: int = field(default=0, metadata=OPTIONAL)
+    free: int | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
