@@ -48,11 +48,13 @@ def judge_errors(unit: float, record: Found, not_demanded: str = "") -> Verdict:
         last, rate, *_ = drifts[-1]
         said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}, "
         said += f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
+        first, longer, *_ = *(each[0] for each in drifts), duration
+        again = f"the same in one {longer / first:.0f} times as long"
         if _continues(drifts):
-            said += ": certain, and the same in a run eight times as long."
+            said += f": certain in one run, and {again}."
             return drifting(said, rate * last, expected)
-        once = "certain in one run, and not in one eight times as long"
-        return unknown(f"{said}: {once}; take more --steps.")
+        once = f", and not {again}" if longer > first else ", the only one made"
+        return unknown(f"{said}: certain in one run{once}; take more --steps.")
     low, high = record.measured.slope_interval or (0.0, 0.0)
     steady = 1.0 if record.steady is None else record.steady
     if low <= 0 <= high or not goes_steadily(steady):

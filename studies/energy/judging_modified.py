@@ -115,9 +115,9 @@ def drifts_beside(places: Sequence[Beside]) -> bool:
 def is_told(changes: Sequence[Change], band: float, duration: float) -> bool:
     """True if the modified energy along a run says what longer runs could say.
 
-    A band that is no wider than round-off walks has no edges, and a longer run only walks farther.
+    A band within the round-off of its steps has no edges, and a longer run has more round-off.
     """
-    if covers(changes, duration) and band <= changes[-1].walk:
+    if covers(changes, duration) and band <= changes[-1].round_off:
         return True
     rows = resolved(changes, band)
     whole = covers(rows, duration) and stands(rows, band) and band <= LIMITS["whole"]

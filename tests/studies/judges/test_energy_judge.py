@@ -73,9 +73,10 @@ def test_a_drift_goes_one_way_and_its_edges_with_it():
 
 
 @pytest.mark.parametrize(("time", "band", "told"), [
-    (90.0, 1e-11, True), (90.0, 1e-9, False), (70.0, 1e-11, False), (None, 1e-11, False),
+    (90.0, 1e-12, True), (90.0, 1e-11, False), (70.0, 1e-12, False), (None, 1e-12, False),
 ])  # fmt: skip
-def test_no_longer_run_tells_more_of_what_round_off_walks(time, band, told):
+def test_no_longer_run_tells_more_of_what_is_round_off(time, band, told):
+    """The round-off is that of the numbers: what a run loses in a step, its walk, is no measure."""
     rows = [] if time is None else [Change(time, 1e-11, 1e-11, 1e-9, 1e-12, walk=1e-10, path=1.0)]
     assert is_told(rows, band, 100.0) is told
 
@@ -92,8 +93,10 @@ def test_no_number_is_no_energy_and_nonholonomic_motion_has_no_band():
 def test_a_certain_drift_is_told_inside_the_band():
     # last time, rate, interval of the rate
     once, again = [100.0, 1e-5, 0.9e-5, 1.1e-5], [800.0, 2e-5, 1.1e-5, 3e-5]
-    verdict, reason, _ = energy_of(drifts=[once])
-    assert verdict == "inconclusive" and "drifts by 0.001 over t = 100, 10.0% of its band" in reason
+    for run, words in ((100.0, "the only one made"), (800.0, "not the same in one 8 times")):
+        verdict, reason, _ = energy_of(drifts=[once], duration=run)
+        assert verdict == "inconclusive" and words in reason
+        assert "drifts by 0.001 over t = 100, 10.0% of its band" in reason
     verdict, reason, _ = energy_of(drifts=[once, again])
     assert verdict == "fail" and "drifts by 0.016 over t = 800, 160.0% of its band" in reason
     third = [3200.0, 1e-5, 5.0, 6.0]  # the first two decide
