@@ -32,7 +32,9 @@ from .side_by_side import key_of
 from .store import Store
 from .study import Study
 
-LEAST = 1.0  # seconds of processor time; a case that took longer to fail may be tried as long
+#: seconds of processor time; a case that took longer to fail may be tried as long, but no longer
+#: than the last: a user waits for it after the verdict, which says what is wrong
+LEAST, LONGEST = 1.0, 60.0
 MOST_STEPS = 2**20
 
 
@@ -72,9 +74,11 @@ def shrunk(
 def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
     """Return the smallest case found; None if the case is as small already.
 
-    No try begins once they took longer than the case itself.
+    No try begins once they took longer than the case itself, or than `LONGEST`, nor one of a case
+    that takes as long as that.
     """
-    ends, why = time.process_time() + max(LEAST, result.seconds), _why(result)
+    ends = time.process_time() + min(max(LEAST, result.seconds), LONGEST)
+    why = _why(result)
 
     def fails(tried: Case) -> AnyResult | None:
         """Return the result, if it is a failure of this method and of the same kind."""
@@ -108,7 +112,7 @@ def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
     for name, value in small.scene.parameters.items():  # each beside those that are 1 already
         if isinstance(value, int | Fraction) and value not in (0, 1):
             tried = replace(plain, scene=plain.scene.with_values(parameters={name: 1}))
-            if time.process_time() < ends and fails(tried):
+            if time.process_time() < ends and said.seconds < LONGEST and fails(tried):
                 whatever, plain = [*whatever, name], tried
     if small is case and not whatever:
         return None

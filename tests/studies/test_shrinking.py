@@ -13,7 +13,7 @@ from discmech.studies.command.entry import main
 from discmech.studies.core.case import Case, Verdict
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.outcome import STEPS_ARE_OFF
-from discmech.studies.core.shrinking import size, smallest
+from discmech.studies.core.shrinking import LONGEST, size, smallest
 
 SMALLER = True
 LOPSIDED = """
@@ -47,8 +47,8 @@ def judged(monkeypatch, fails):
     return study
 
 
-def made_small(study, case):
-    result = replace(run_case(study, case), seconds=60.0)  # so that tries do not end by the clock
+def made_small(study, case, seconds=50.0):  # so that tries do not end by the clock
+    result = replace(run_case(study, case), seconds=seconds)
     assert result.verdict == "fail"
     return smallest(study, case, result)
 
@@ -84,7 +84,10 @@ def test_parameters_of_one_are_tried_together_before_they_are_named_together(mon
     scene = scenes.get("harmonic").with_values(parameters={"mass": 2, "stiffness": 3})
     study = judged(monkeypatch, lambda case: case.rule is other and case.scene.name == "harmonic"
                    and {*case.scene.parameters.values()} != {1})  # fmt: skip
-    assert made_small(study, Case("momentum", scene, other, 16)).whatever == ["mass"]
+    case = Case("momentum", scene, other, 16)
+    assert made_small(study, case).whatever == ["mass"]
+    slow = made_small(study, case, seconds=LONGEST)  # one more try would take as long
+    assert slow is None or not slow.whatever
 
 
 @pytest.mark.parametrize(("same", "why", "rows"), [

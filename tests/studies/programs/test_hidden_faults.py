@@ -137,7 +137,7 @@ def test_a_way_back_may_change_what_it_is_given():
     (lambda q, p, h, s: (np.zeros(2), p), r"shape \(2,\)"),
     (lambda q, p, h, s: (q + 0j, p), "complex"),
     (lambda q, p, h, s: (s.gradient(q), p), r"raises TypeError: .* take \(q, p\)"),
-    (lambda q, p, h, s: (q, p - math.sin(np.ones(2))), r"raises TypeError: .* np\.sin in place of math"),
+    (lambda q, p, h, s: (q, p - math.sin(np.ones(2))), r"np\.sin in place of math"),
     (lambda q, p, h, s: (q + unknown, p), "raises NameError"),  # noqa: F821
     (lambda q, p, h, s: __import__("beside"), r"No module.*: import it at the top of its file"),
 ])  # fmt: skip
