@@ -86,8 +86,15 @@ def test_parameters_of_one_are_tried_together_before_they_are_named_together(mon
                    and {*case.scene.parameters.values()} != {1})  # fmt: skip
     case = Case("momentum", scene, other, 16)
     assert made_small(study, case).whatever == ["mass"]
-    slow = made_small(study, case, seconds=LONGEST)  # one more try would take as long
-    assert slow is None or not slow.whatever
+
+
+@pytest.mark.parametrize(("seconds", "whatever"), [(50.0, ["mass"]), (LONGEST, None)])
+def test_no_case_that_takes_long_is_made_again(monkeypatch, seconds, whatever):
+    scene = scenes.get("harmonic").with_values(parameters={"mass": 2})
+    study = judged(monkeypatch, lambda case: case.rule is other and case.scene.name == "harmonic"
+                   and case.steps is None)  # fmt: skip
+    small = made_small(study, Case("momentum", scene, other, 16), seconds)
+    assert (small and small.whatever) == whatever
 
 
 @pytest.mark.parametrize(("same", "why", "rows"), [
