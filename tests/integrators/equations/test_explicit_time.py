@@ -132,6 +132,15 @@ def test_the_time_changes_nothing_where_nothing_depends_on_it():
     assert not rubbed.timed and not Scheme(rubbed, rules.get("midpoint")).s.clocked
 
 
+def test_a_step_back_starts_at_the_time_of_the_run():
+    """Φ₋ₕ from t + h is the inverse of a self-adjoint Φₕ from t, which is not 0."""
+    made, back = (scheme("kapitza-pendulum", "trapezoidal").flow(h) for h in ("0.01", "-0.01"))
+    run = made.trajectory(3, t0="0.2")
+    again = back.trajectory(1, x0=run.base[3], mu0=run.mu[3], u0=run.u[2])
+    assert np.abs(again.base[1] - run.base[2]).max() < 1e-14
+    assert np.abs(again.mu[1] - run.mu[2]).max() < 1e-13
+
+
 @pytest.mark.dear("kapitza-pendulum", "damped")
 @pytest.mark.parametrize("name", ["kapitza-pendulum", "duffing", "damped-pendulum"])
 def test_energy_is_compared_with_the_work_that_is_done(name):
