@@ -36,10 +36,8 @@ COARSE, HIGHER = 32, 8  # steps of the coarsest run, and the divisor of them fro
 STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
 #: round-off of some hundred steps, as a share of the largest number of a kind of values
 LEAST = 2.0**-46
-DRAWN, FAINT = (
-    16,
-    8,
-)  # states of `rates`, faults of `moved`, and the power of 1/2 of the nearest to the run
+DRAWN = 16  # states of `rates`, and faults of `moved`
+FAINT = 8  # the power of 1/2 of the fault of `moved` that is nearest to the run
 PAIRS = 2  # pairs of variations that test the form at a state
 #: more digits: steps of the coarsest run, and coordinates up to which a series ends within seconds
 FEW, COORDINATES = 8, 40
