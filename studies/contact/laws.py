@@ -14,6 +14,8 @@ from discmech.integrators.extensions.contact import ZENO, Gaps, length
 from discmech.integrators.flows import Trajectory
 from discmech.integrators.numbers import arithmetic
 
+from ..systems.impulses import change_by
+
 #: share of the size that determines its round-off: a shorter way of a step sticks; and share of the
 #: mean slip of the step for the slip at an end, which round-off changes too
 SLOW = 1e-10
@@ -50,17 +52,6 @@ def energies(scheme: Any, run: Trajectory, digits: int) -> tuple[np.ndarray, np.
         H = [made.gaps.energy(*state) for state in made.states]
         sizes = [abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, made.states, strict=True)]
         return np.array([float(e - H[0]) for e in H]), np.array([float(e) for e in sizes])
-
-
-def change_by(gaps: Gaps, place: Any, P: np.ndarray) -> np.ndarray:
-    """Return the change of μ by the impulses P (K, 1 + D) of the gaps at a place."""
-    made = P[:, 0] @ place.normal
-    for i, (_, *along) in enumerate(P):
-        if gaps.friction[i] > 0:
-            push = np.array(along[: len(place.where[i])]) @ place.bases[i]
-            made = made + push @ place.slip[i]
-    changed: np.ndarray = made
-    return changed
 
 
 class _Run:

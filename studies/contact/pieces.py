@@ -9,8 +9,8 @@ import numpy as np
 
 from discmech.integrators.flows import Trajectory
 
-#: share of the hardest impulse of a step: above it, there are impulses that belong to no impact
-OTHERS = 1e-12
+from ..systems.impulses import OTHERS
+
 FREE = 16  # steps without contact that are repeated, beside all with impacts
 MOST = 64  # largest number of steps that are repeated
 

@@ -14,8 +14,7 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, numeric
 from discmech.integrators.scene import Conserved
 
-from ..contact.laws import change_by
-from ..contact.pieces import OTHERS
+from ..systems.impulses import OTHERS, change_by
 from ..systems.runs import with_terms
 from . import section
 from .quantities import formula_of, round_offs
