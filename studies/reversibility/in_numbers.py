@@ -13,7 +13,7 @@ from discmech.integrators.extensions.foreign import derivative, guarded, noise_o
 from discmech.integrators.extensions.foreign.differences import FARTHEST
 
 from ..core.case import Case
-from ..evidence.cloud import way_back
+from ..evidence.cloud import in_box, way_back
 from ..evidence.laws import WAY_BACK
 from ..evidence.many_steps import many_steps
 from ..evidence.places import Place
@@ -86,7 +86,11 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
     rough = [FARTHEST * n.level + n.jump for n in noises]
     rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
     error = amplified @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
-    gap = np.abs(back(image) - look.z)
+    gap = back(image) - look.z
+    if in_box(case):  # its coordinates may be angles, which a map keeps within one turn
+        x = gap[: system.n]
+        x -= 2 * np.pi * np.round(x / (2 * np.pi))
+    gap = np.abs(gap)
     certain = np.maximum(gap - error, 0) / scale
     worst, n = int(np.argmax(certain)), system.n
     return replace(
