@@ -34,10 +34,10 @@ class Beginning:
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
     hold if those before them are 0. Of a program in velocities z̈, ∂f/∂t and e₂ are in these.
     later: e₁ of three steps together. parts: by name, terms of f in all entries. others: the fields
-    of known mistakes. misread: what a program takes z for that reads states otherwise, and what it
-    takes for z. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
-    moved: Φ_h(z) − z of the longest and the shortest step. square: the limit of (Φ_h(z) − z)/h²,
-    of entries that the limit field leaves as they are.
+    of known mistakes, no numbers where there is none. misread: what a program takes z for that
+    reads states otherwise, and what it takes for z. grown: D(h)/h of the shortest step over that of
+    the longest. shortest: its D(h). moved: Φ_h(z) − z of the longest and the shortest step. square:
+    the limit of (Φ_h(z) − z)/h², of entries that the limit field leaves as they are.
     """
 
     z: Vector
@@ -81,7 +81,10 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     sizes = np.array([float(h) for h in steps])
 
     def f(at: Vector, t: float = time) -> Vector:
-        return np.concatenate(system.f(at[:n], at[n:], t))
+        try:
+            return np.concatenate(system.f(at[:n], at[n:], t))
+        except (ArithmeticError, ValueError):  # a state that is read wrongly may be a collision
+            return np.full(len(at), np.nan)
 
     field = f(z)
     d = float(steps[-1]) / 8

@@ -378,10 +378,10 @@ def _of_numbers(case: Case, starts: list[Beginning]) -> Told | None:
         if off > again.limit:
             after = f"after a step of {again.step:.2g} " if k else ""
             return "no attitude", f"{after}{said} at the end of each step."
+        said = again.name or f"steps of a run, made again, differ from it by {again.size:.1e}"
         return "no map", (
-            f"steps of a run, made again, differ from it by {again.size:.1e}: it keeps something "
-            "between calls, or is random; a method with memory is a class with start, step and "
-            "read."
+            f"{said}: it keeps something between calls, or is random; a method with memory is a "
+            "class with start, step and read."
         )
     if np.isfinite(image).all():  # whole numbers are of single precision, too
         for decimals in range(MOST_DECIMALS):

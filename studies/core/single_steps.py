@@ -8,6 +8,11 @@ from dataclasses import dataclass, field
 from .records import OPTIONAL
 
 ROW = "row "  # so begins the place of a departure from one recorded row to the next
+#: the name of a departure of runs that begin, or step, unlike and end alike
+ALIKE = (
+    "runs from starts that share x or μ alone, or by steps of two sizes, have one end, so that "
+    "what it remembers is known by a part of what it depends on"
+)
 
 
 @dataclass(frozen=True, slots=True)

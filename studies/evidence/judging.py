@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..core.case import Measurement, Verdict
 from ..core.outcome import KEPT_ELSEWHERE, NOT_CONSISTENT, STEPS_ARE_OFF
 from ..core.records import decoded
-from ..core.single_steps import ROW, Departure, SingleSteps
+from ..core.single_steps import ALIKE, ROW, Departure, SingleSteps
 from . import NEAR
 from .cloud import STEPS_ASKED, WIDE
 from .laws import AGAIN, ARROW, ENERGY, FORM, VOLUME, WAY_BACK
@@ -149,6 +149,8 @@ def broken(law: str, one: Departure, seed: int | None, what: str = "", kept: boo
     what: the motion that the step is of, where that is no run of the study. kept: whether the run
     is known to keep it.
     """
+    if one.name == ALIKE:
+        return f"{ALIKE}."
     if one.place.startswith(ROW):
         said = f"from {one.place} {one.name} changes by {one.size:.2g}, where "
         return f"{said}round-off would leave at most {one.limit:.0e}."

@@ -9,19 +9,20 @@ of steps shows in runs from other states too, at the same row of each.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.errors import DiscmechError
+from discmech.integrators.errors import DiscmechError, StepFailure
 from discmech.integrators.extensions.foreign import SceneInNumbers
 from discmech.integrators.numbers import Matrix, Vector, arithmetic
 from discmech.integrators.scene import Opaque, reads
 
 from ..core.limits import MADE_AGAIN
-from ..core.single_steps import ROW, Departure
+from ..core.single_steps import ALIKE, ROW, Departure
 from .repeated import ends_alike, in_another_order
 from .scan import NEARBY, peaks, run_of, steps_of
 
@@ -54,8 +55,9 @@ def late_steps(scheme: Any) -> Departure | None:
         flow, scale = scheme.flow(run.step), _sizes(states)
         if rule.own_coordinates:  # a step made again begins at the attitude nearest to it
             states = np.array([flow.settled(z, k * flow.step) for k, z in enumerate(states)])
+        if ends_alike(flow, states[0], scale):
+            return Departure(1.0, name=ALIKE, step=float(run.step), asked=run.steps)
         row, gap = in_another_order(flow, states, scale)
-        gap = max(gap, float(ends_alike(flow, states[0], scale)))
     except DiscmechError:
         return None
     return Departure(
@@ -64,17 +66,20 @@ def late_steps(scheme: Any) -> Departure | None:
     )  # fmt: skip
 
 
-def keeps_something(scheme: Any) -> bool:
+def keeps_something(scheme: Any, *start: Vector) -> bool:
     """True if a step of a function changes what it reads, or what that is cannot be told.
 
-    The scene in numbers is read, too: a program may write to it.
+    The scene in numbers is read, too: a program may write to it. start: x and μ of the steps, the
+    scene's own if there are none. A step that fails tells nothing.
     """
     flow = scheme.flow(scheme.rule.step_for(OTHER_STEP * Fraction(scheme.scene.step)))
     fresh = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
     own = {*vars(fresh), *dir(SceneInNumbers)}
+    begin: Any = dict(zip(("x0", "mu0"), start, strict=False))
 
     def read(steps: int) -> str:
-        flow.trajectory(steps)  # a memory of the last state alone changes with it
+        with suppress(StepFailure):
+            flow.trajectory(steps, **begin)  # a memory of the last state alone changes with it
         left = {name: value for name, value in vars(flow.system).items() if name not in own}
         values = vars(flow.system.parameters)
         return reads(scheme.rule.formula, *scheme.rule.beside, left, values, pure=True)

@@ -30,7 +30,7 @@ from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
-from ..core.single_steps import Departure
+from ..core.single_steps import ALIKE, Departure
 from ..systems.runs import energy_with_terms
 from .cloud import Cloud
 from .many_steps import many_steps, unlike_steps
@@ -184,7 +184,7 @@ class MadeAgain(Law):
             if repeat.error is None:
                 return Departure(unknown="the motion is not known, and rows may be interpolated.")
             limit += OF_ORDER["rows: interpolated"] * repeat.error
-        return Departure(repeat.gap, limit)
+        return Departure(repeat.gap, limit, "" if repeat.row else ALIKE)
 
 
 class ArrowVelocity(Law):

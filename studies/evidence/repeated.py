@@ -31,8 +31,9 @@ ENDS = 8  # rows of a run, beside those that stand out, for which runs that end 
 class Again:
     """The largest difference of a run's rows from the same made again, over the motion.
 
-    row: the number of the row. error: how far the ends made again are from the motion itself, over
-    the same; None if nobody knows it, or if single steps were made again.
+    row: the number of the row; 0 for starts that end alike (`ends_alike`). error: how far the ends
+    made again are from the motion itself, over the same; None if nobody knows it, or if
+    single steps were made again.
     """
 
     gap: float
@@ -97,7 +98,8 @@ def ends_alike(flow: Any, z: Vector, scale: Vector, steps: int = SHORT, t0: Any 
     n, own = flow.system.n, flow.map_of(steps, t0)(z)
     other = flow.scheme.flow(flow.scheme.rule.step_for(OTHER_STEP * flow.step))
     made = [] if other.step == flow.step or np.array_equal(own, z) else [(other, z)]
-    for part in (slice(n), slice(n, None)) if not flow.scheme.scene.all_constraints else ():
+    bound = flow.scheme.scene.all_constraints or flow.scheme.s.degenerate  # x says what μ is
+    for part in (slice(n), slice(n, None)) if not bound else ():
         moved = z.copy()
         moved[part] += BESIDE * scale[part]
         made += [(flow, moved)] * (not np.array_equal(moved, z))

@@ -112,7 +112,7 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
         else:  # its first row is where the curve is drawn out too far already
             length = length // SHORTER // ROWS * ROWS
     # single steps of what has a motion are made again by the evidence
-    counts = not own and keeps_something(scheme)
+    counts = not own and keeps_something(scheme, *np.split(z, [flow.system.n]))
     again = [repeated(flow, z, scale, steps, seed=seed).gap
              for _ in range(-(-LATE // steps) if counts else 1)]  # fmt: skip
     return replace(of_run, again=max(again))

@@ -173,7 +173,7 @@ class Calls:
         answer = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(answer), ((rows, *q.shape), (rows, *p.shape)))
-        self._check_own(np.hstack([qs, ps]), np.hstack([q, p]))
+        self._check_own(np.hstack([qs.reshape(rows, -1), ps]), np.hstack([q.ravel(), p]))
         if _displaced(qs[0], q) or _displaced(ps[0], p):
             off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
             said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"

@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from discmech import Scheme, StepFailure, black_box, scenes
 from discmech.studies.evidence import Place, evidence_of
@@ -75,6 +76,31 @@ def interpolated(q, p, h, steps, every, s):
     return z[: len(q)].T, z[len(q) :].T
 
 
+@black_box(order=2, runs=True)
+def of_positions(q, p, h, steps, every, s):
+    """Steps of x alone, which says what μ is."""
+    rows = [(q, p)]
+    for _ in range(steps):
+        q = q + h * s.f(q + h / 2 * s.f(q, p)[0], p)[0]
+        rows.append((q, s.momentum(q, q)))
+    qs, ps = map(np.array, zip(*rows[::every], strict=True))
+    return qs, ps
+
+
+@black_box(order=2, runs=True, state="Rp")
+def of_attitudes(R, p, h, steps, every, s):
+    """Whole turns about the axes, in rows of matrices."""
+    rows = [(R, p)]
+    for _ in range(steps):
+        for axis, part in (0, 0.5), (1, 0.5), (2, 1), (1, 0.5), (0, 0.5):
+            by = part * h * p[axis] / s.parameters.inertia[axis] * np.eye(3)[axis]
+            turn = Rotation.from_rotvec(by).as_matrix()
+            R, p = R @ turn, turn.T @ p
+        rows.append((R, p))
+    Rs, ps = map(np.array, zip(*rows[::every], strict=True))
+    return Rs, ps
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("changed", [
     lambda k, steps: 1.0 if 4 * k % steps == 0 else 1.01,  # right at the rows that order reads
@@ -130,10 +156,14 @@ def test_runs_that_count_their_steps_are_told():
     assert found["verdict"] == "inconclusive" and "it counts its steps" in found["reason"]
 
 
-@pytest.mark.parametrize("box", [of_state(0.0), methods.LateLeapfrog, interpolated])
-def test_what_counts_nothing_has_its_steps_named(box):
-    late = late_steps(Scheme(scenes.get("kepler"), box))
-    assert not late.broken and not late.unknown and late.asked > 4096
+@pytest.mark.parametrize(("scene", "box"), [
+    ("kepler", of_state(0.0)), ("kepler", methods.LateLeapfrog), ("kepler", interpolated),
+    ("vortex-pair", of_positions), ("rigid-body", of_attitudes),
+])  # fmt: skip
+def test_what_counts_nothing_has_its_steps_named(scene, box):
+    scheme = Scheme(scenes.get(scene), box)
+    again = of_scheme(scheme).laws[AGAIN.name]
+    assert not again.broken and not again.unknown and again.asked > 4096
     assert not keeps_something(Scheme(scenes.get("kepler"), methods.verlet))
 
 

@@ -90,6 +90,14 @@ def test_a_law_that_a_known_method_lacks_has_its_name(law, name, words):
     assert words in told["sentence"] if words else told is None
 
 
+@pytest.mark.parametrize("scene", ["lotka-volterra", "lotka-volterra-half"])
+def test_a_wrong_reading_may_be_no_state_of_the_scene(scene):
+    """Exchanged, ϑ(x) and x are outside of its domain."""
+    box = black_box(order=2)(lambda q, p, h, s: (q + h * s.f(q, p)[0], s.momentum(q, p)))
+    told = of_step(Case("order", scenes.get(scene), box, 16), "order")
+    assert told is None or "exchanged" not in told["sentence"]
+
+
 def test_what_stays_at_a_round_start_is_not_called_rounded():
     case = Case("order", scenes.get("pendulum"), black_box(order=2)(lambda q, p, h: (q, p)), 16)
     start = replace(beginnings(case.scheme, order=False)[0], z=np.array([2.0, 0.0]))
