@@ -242,3 +242,14 @@ def test_it_has_no_order_and_makes_no_other_step():
 def test_other_words_for_a_map_are_one_sentence(given, said):
     with pytest.raises(BadInput, match=said):
         black_box(**given)(lambda q, p: (np.sin(q), p))
+
+
+def test_the_middle_of_a_box_may_have_no_value():
+    @black_box(step=1, symplectic=True, states=([-1, -1], [1, 1]))
+    def singular(q, p):
+        with np.errstate(all="ignore"):
+            p = p - 0.001 / q
+        return q + 0.001 * p, p
+
+    told = judged("symplecticity", singular.own_scene, singular, causes=False)
+    assert told["verdict"] == "pass", told["reason"]
