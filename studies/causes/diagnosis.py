@@ -28,7 +28,7 @@ from ..evidence import evidence_of
 from ..evidence.own_rules import WITNESS
 from ..systems.runs import gap
 from . import one_step, recorded
-from .exact_path import COARSEST, HALVINGS, Truncation, settled_truncation, truncation
+from .exact_path import COARSEST, HALVINGS, SHORTER, Truncation, settled_truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
@@ -37,9 +37,10 @@ NEAR = 0.25  # an order this close to another one counts as equal
 #: 11 δ (a node, a weight and a point on three scenes), or a higher power of δ; and two fractions
 #: that are meant differ by 1/`MEANT`² at least
 ROUNDED = 1 / MEANT**2
-#: times as large a share in another part of the states, more than rates change along a motion, and
-#: digits of such a place
-FAR_MORE, OF_PLACE = 100, 30
+#: times as large a share in another part of the states, more than rates change along a motion, the
+#: states along it that are asked and how many may be as bad (a part of the motion), and digits of
+#: such a place
+FAR_MORE, ALONG, BAD, OF_PLACE = 100, 8, 2, 30
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
 #: the parts of a `Truncation` that are shown beside the cause
 SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
@@ -74,9 +75,13 @@ def of_order(
     # the tail of a fault that lies elsewhere has no power of the step along the motion
     clear = along and errors.settled and errors.order > -NEAR
     if told is None and low and not clear and (there := _elsewhere(scheme, errors)):
-        beside = settled_truncation(there[0])
-        if beside.order < wanted - NEAR:
-            return _named(case, wanted, beside, there)
+        beside = settled_truncation(there)
+        low = beside.order < wanted - NEAR
+        apart = low and _apart(scheme, there, beside.order)[-1]
+        where = "not in most of" if apart else "not near the start of"
+        where = f"at {_place(there)}, and {where} the motion, "
+        if low and (apart or not along):
+            return _named(case, wanted, beside, there, where)
     if told is None and along:
         return _named(case, wanted, errors)
     evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
@@ -107,14 +112,13 @@ def of_law(case: Case, measurement: Measurement, law: str) -> dict[str, Any] | N
 
 
 def _named(
-    case: Case, wanted: int, errors: Truncation, at: tuple[Scheme, str] | None = None
+    case: Case, wanted: int, errors: Truncation, at: Scheme | None = None, where: str = ""
 ) -> dict[str, Any]:
-    """Return the cause in L_d, which is below the wanted order, at that place (`_elsewhere`)."""
-    scheme, place = at or (case.scheme.base, "")
+    """Return the cause in L_d, which is below the wanted order, there (`_elsewhere`)."""
+    scheme = at or case.scheme.base
     evidence: dict[str, Any] = {name: getattr(errors, name) for name in SHOWN}
     cause, sentence = _of_rule(scheme, wanted, errors, evidence, beside=not at)
     inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
-    where = f"at {place}, and not along the motion, " if at else ""
     return named(cause, inside + where + sentence, evidence)
 
 
@@ -188,15 +192,23 @@ def _of_rule(
                 f"{errors.order:.2f}, with --retraction {name} of order {_figure(other.order)}: "
                 "the rule takes u for more than this chart makes of it.",
             )
-    left = min(errors.order_of_points, errors.order_over_factor)
-    c = _fraction(*errors.factors[-2:])
-    if errors.order_of_legendre < 1 - NEAR < left and c != "1":
+    power = errors.power
+    left = min(errors.order_of_points - power, errors.order_over_factor)
+    c = _fraction(*errors.factors_of_power[-2:])
+    if errors.order_of_legendre < 1 - NEAR < left and (power or c != "1"):
         evidence["factors"] = errors.factors
         rest = f" Without it the rule is of order {_figure(left)}, not {wanted}."
+        rest = rest if left < wanted - NEAR else ""
+        if power:
+            of_h, by_h = ("h" if n == 1 else f"h^{n}" for n in (power, abs(power)))
+            more = of_h if c == "1" else f"{c}·{of_h}"
+            mend = f"{'divide' if power > 0 else 'multiply'} it by {by_h}.{rest}"
+            known = "it has to be h·L(x, u) + O(h²)"
+            return "factor", f"L_d is {more} times a consistent one ({off}): {known}, so {mend}"
         return (
             "factor",
             f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
-            f"theirs ({off}): {_of_weights(scheme)}" + (rest if left < wanted - NEAR else ""),
+            f"theirs ({off}): {_of_weights(scheme)}{rest}",
         )
     if scheme.scene.discrete_lagrangian is not None and errors.order_of_legendre < 1 - NEAR:
         return (
@@ -205,17 +217,17 @@ def _of_rule(
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
         )
     if errors.order > 1 - NEAR and (share := _share(scheme, errors)) < ROUNDED:
-        evidence["share"] = share
-        lower = f"of order {round(errors.order)}"
+        evidence["share"], lower = share, f"of order {round(errors.order)}"
         cause = f"and in the end the method is {lower}: a number in the rule has too few digits, a "
         cause += "term is too small to be meant, or a small part of L is taken at another place or "
         cause += "time; write numbers exactly, or in G.constant to all digits."
         there = _elsewhere(scheme, errors) if beside else None
-        larger = _share(there[0], truncation(there[0])) if there else 0.0
-        if there and FAR_MORE * share < larger < math.inf:  # too few digits are so everywhere
+        larger, along, apart = _apart(scheme, there, errors.order) if there else (0.0, 0.0, False)
+        if there and apart:  # too few digits are so everywhere
             evidence["share_there"] = larger
-            cause = f"and by about {larger:.1g} at {there[1]}, so that the method is {lower} in a "
-            cause += "part of the states: look for what depends on the place there."
+            cause = f"but by about {larger:.1g} at {_place(there)}, and {along:.1g} in most of "
+            cause += f"the motion, so that the method is {lower} in a part of the states: look for "
+            cause += "what depends on the place there."
         return (
             "discrete Lagrangian",
             f"L_d differs from one of order {wanted} by O(h^{round(errors.order) + 1}), by about "
@@ -304,17 +316,46 @@ def _share(scheme: Scheme, errors: Truncation) -> float:
     return error / usual ** (errors.order / 2) if usual else math.inf
 
 
-def _elsewhere(scheme: Scheme, errors: Truncation) -> tuple[Scheme, str] | None:
-    """Return (the scheme from where single steps are below the order, the place in words), or None.
-
-    Its arrows are as short as the shortest of the errors.
-    """
+def _elsewhere(scheme: Scheme, errors: Truncation) -> Scheme | None:
+    """Return the scheme from where single steps are below the order, or None."""
     place, scene = evidence_of(scheme).order.place, scheme.scene
     if place is None or scene.clocked or not scene.groupoid.canonical:
         return None
-    x, v = ([mpmath.nstr(e, OF_PLACE) for e in part] for part in (place.x, place.u))
-    there = scene.with_values(x0=x, v0=v, step=Fraction(errors.steps[0]) / COARSEST)
-    return scheme_of(there, scheme.rule).base, f"x = ({', '.join(f'{float(e):.4g}' for e in x)})"
+    return _started(scheme, place.x, place.u, Fraction(errors.steps[0]))
+
+
+def _started(scheme: Scheme, x: Any, v: Any, first: Fraction) -> Scheme:
+    """Return the scheme from that state; the longest of its arrows are `first`."""
+    x0, v0 = ([mpmath.nstr(e, OF_PLACE) for e in part] for part in (x, v))
+    scene = scheme.scene.with_values(x0=x0, v0=v0, step=first / COARSEST)
+    return scheme_of(scene, scheme.rule).base
+
+
+def _place(scheme: Scheme) -> str:
+    return f"x = ({', '.join(f'{float(e):.4g}' for e in scheme.scene.x0)})"
+
+
+def _apart(scheme: Scheme, there: Scheme, order: float) -> tuple[float, float, bool]:
+    """Return the share `there`, the largest in most of the motion, and True if it is far smaller.
+
+    Of the same order, at steps so short that terms of higher orders do not count. What one formula
+    does everywhere differs less.
+    """
+    shortest = Fraction(scheme.scene.step) * COARSEST / 2 ** (HALVINGS * SHORTER)
+    first = min(Fraction(there.scene.step) * COARSEST, shortest)
+
+    def share(at: Scheme) -> float:
+        errors, usual = truncation(at, first), scheme_of(at.scene, midpoint)
+        unit_of = truncation(usual, first).legendre[-1] ** 0.5  # a step, in units of the motion
+        if not unit_of:
+            return math.inf
+        return max(errors.legendre[-1], errors.residual[-1] / unit_of) / unit_of**order
+
+    times = [scheme.scene.duration * Fraction(2 * k + 1, 2 * ALONG) for k in range(ALONG)]
+    states = reference.solutions(scheme.scene, times, OF_PLACE)
+    shares = sorted(share(_started(scheme, state.x, state.v, first)) for state in states)
+    along = shares[-1 - BAD]
+    return share(there), along, FAR_MORE * along < share(there) < math.inf
 
 
 def _has_order(scheme: Scheme, retraction: str, wanted: int) -> bool:

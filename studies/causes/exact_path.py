@@ -122,10 +122,22 @@ class Truncation:
         return slope(self.steps, self.legendre)
 
     @property
+    def power(self) -> int:
+        """The n for which c sinks as h^n: 0 of a consistent rule, −1 if a factor h is missing."""
+        n = slope(self.steps, [abs(c) for c in self.factors])
+        return round(n) if math.isfinite(n) and abs(n - round(n)) < SETTLED else 0
+
+    @property
+    def factors_of_power(self) -> list[float]:
+        """The c/h^n of that power n, which have a limit."""
+        return [c / h**self.power for c, h in zip(self.factors, self.steps, strict=True)]
+
+    @property
     def order_over_factor(self) -> float:
-        """The order r of the Legendre transforms of L_d divided by the limit of c."""
-        changes = [abs(a - b) for a, b in pairwise(self.factors)]
-        return min(slope(self.steps, self.legendre_over_factor), slope(self.steps[:-1], changes))
+        """The order r of the Legendre transforms of L_d divided by h^n and the limit of c/h^n."""
+        changes = [abs(a - b) for a, b in pairwise(self.factors_of_power)]
+        of_legendre = slope(self.steps, self.legendre_over_factor) - self.power
+        return min(of_legendre, slope(self.steps[:-1], changes))
 
     @property
     def order_of_points(self) -> float:
