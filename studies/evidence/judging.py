@@ -89,6 +89,8 @@ def judge(
     if again.asked and again.unknown:
         said = f"nothing is wrong with the runs, but {again.unknown}."
         return Verdict("inconclusive", said, verdict.expected)
+    if again.unknown:
+        told.append(f"Whether it counts its steps is not known: {again.unknown.rstrip('.')}.")
     if again.asked:
         told.append(f"Nothing that counts its steps shows in {again.asked} steps of one run.")
     if asked := max((one.asked for law in laws if (one := local.laws.get(law))), default=0):

@@ -2,8 +2,11 @@
 
 What each 4096th step does lies in no short run. A function of the state that keeps nothing from one
 step to the next cannot count; of any other the steps of a long run are made again, in another
-order. A class with a memory and a program of whole runs count by right. What they do at one number
-of steps shows in runs from other states too, at the same row of each.
+order. Whether it keeps something is seen in 3 steps from the scene's start, of a step of about the
+scene's: not what it keeps elsewhere, for shorter steps alone, or in the class of the scene in
+numbers. A class with a memory and a program of whole runs count by right. What they do at one
+number of steps shows in runs from other states too, at the same row of each; a count of the steps
+in a part of the motion does not.
 """
 
 from __future__ import annotations
@@ -39,8 +42,8 @@ WIDTH = 3  # rows in which a step that is unlike those beside it may show: its o
 def late_steps(scheme: Any) -> Departure | None:
     """Return how far a long run of a program is its steps made again; asked: their number.
 
-    None for what keeps nothing from one step to the next, and where no long run can be made. What
-    counts the steps of its runs by right has `unknown` say so.
+    None for what keeps nothing from one step to the next. `unknown` says why no long run could be
+    made, with no number of steps, or what counts the steps of its runs by right.
     """
     rule = scheme.rule
     if rule.is_formula or rule.is_recorded:
@@ -58,8 +61,8 @@ def late_steps(scheme: Any) -> Departure | None:
         if ends_alike(flow, states[0], scale):
             return Departure(1.0, name=ALIKE, step=float(run.step), asked=run.steps)
         row, gap = in_another_order(flow, states, scale)
-    except DiscmechError:
-        return None
+    except DiscmechError as failure:
+        return Departure(unknown=" ".join(str(failure).split()))
     return Departure(
         gap, MADE_AGAIN * rule.unit(16), "the same step, made again after others,",
         float(run.step), f"{ROW}{row - 1} of {run.steps}", asked=run.steps,

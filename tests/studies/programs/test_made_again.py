@@ -169,7 +169,8 @@ def test_what_counts_nothing_has_its_steps_named(scene, box):
 
 def test_a_run_that_fails_is_no_pass():
     @black_box(order=2)
-    def leaves(q, p, h, s):
+    def leaves(q, p, h, s, calls=[]):  # noqa: B006
+        calls.append(0)
         if q[0] < -0.5:
             raise ArithmeticError("beyond the table")
         return kick_drift_kick(q, p, h, s)
@@ -179,7 +180,9 @@ def test_a_run_that_fails_is_no_pass():
     start = flow.trajectory(0)
     with pytest.raises(StepFailure, match="beyond the table"):
         repeated(flow, np.concatenate([start.x[0], start.mu[0]]), np.ones(2), 2000)
-    assert "beyond the table" in of_scheme(scheme).unscanned
+    local = of_scheme(scheme)
+    assert "beyond the table" in local.unscanned
+    assert "beyond the table" in local.laws[AGAIN.name].unknown
 
 
 @pytest.mark.slow
