@@ -38,6 +38,9 @@ def test_what_every_method_is_worth(name, scene):
     for verdict, wanted, study in zip(found, WORTH[name], STUDIES, strict=True):
         if scene == "kepler" and study == "energy" and wanted == "f":
             assert verdict != "pass" or name == "GeneralisedAlpha"
+        elif (name, scene, study) == ("LateLeapfrog", "kepler", "symplecticity"):
+            # with a memory it has one run alone, which draws a curve of starts out
+            assert verdict == "inconclusive"
         elif scene != "harmonic" or study == "order":
             assert verdict[0] == wanted, study
 
