@@ -235,7 +235,7 @@ def verify(
     if not request.studies and (more := [*not_judged, *unjudged(choice, asked, result.cases)]):
         not_judged = more  # of these nothing could have failed
         result = replace(result, verdict=worst((result.verdict, "inconclusive")))
-    declared = momenta_of(choice, result.cases, claimed=False)
+    declared = [] if request.studies else momenta_of(choice, result.cases, claimed=False)
     notes = [*result.notes, *beside, *not_judged, *declared,
              *_left_out(request, choice, asked, result.cases)]  # fmt: skip
     notes = list(dict.fromkeys(notes))
