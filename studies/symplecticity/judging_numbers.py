@@ -196,7 +196,7 @@ def cause_in_box(case: Case, record: FoundOfNumbers) -> dict[str, Any] | None:
     wrong = [row for row in record.rows if is_defect(row.certain or 0.0, case.rule.unit(16))]
     if not (wrong and in_box(case)):
         return None
-    from ..causes.boxes import of_box
+    from .cause_in_box import of_box
 
     wrong_at, at = ({tuple(row.state) for row in rows} for rows in (wrong, record.rows))
     worst = max(wrong, key=lambda row: row.certain or 0.0)

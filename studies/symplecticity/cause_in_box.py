@@ -11,11 +11,11 @@ import numpy as np
 
 from discmech.integrators.extensions.foreign import derivative, guarded, noise_of, shifted
 
+from ..causes.first_terms import Told
 from ..core.case import Case
-from ..symplecticity.form_in_numbers import form_defect, volume_defect
-from ..symplecticity.places import map_of, scale_of
-from ..symplecticity.records import OfNumbers
-from .first_terms import Told
+from .form_in_numbers import form_defect, volume_defect
+from .places import map_of, scale_of
+from .records import OfNumbers
 
 ALIKE = 0.1  # of what Π has lost in all planes alike, a tenth may be another in one of them
 
