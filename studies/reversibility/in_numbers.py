@@ -11,9 +11,10 @@ import numpy as np
 from discmech.integrators import StepFailure
 from discmech.integrators.extensions.foreign import derivative, guarded, noise_of
 from discmech.integrators.extensions.foreign.differences import FARTHEST
+from discmech.integrators.numbers import Vector
 
 from ..core.case import Case
-from ..evidence.cloud import in_box, way_back
+from ..evidence.cloud import Map, in_box, way_back
 from ..evidence.laws import WAY_BACK
 from ..evidence.many_steps import many_steps
 from ..evidence.places import Place
@@ -68,6 +69,15 @@ def _seen(case: Case) -> tuple[list[Place], int]:
     return many.places(gaps, rounded(case.rule.unit(16))), int(np.isfinite(gaps).sum())
 
 
+def _turns(forth: Map, z: Vector, image: Vector, gap: Vector, n: int) -> Vector:
+    """Return the whole turns in a gap of angles: coordinates of which a map forgets the turns."""
+    turns = 2 * np.pi * np.round(gap / (2 * np.pi)) * (np.arange(len(z)) < n)
+    for i in np.flatnonzero(turns):
+        if np.abs(forth(z + 2 * np.pi * (np.arange(len(z)) == i)) - image).max() > 1:
+            turns[i] = 0  # a turn farther it goes somewhere else
+    return turns
+
+
 def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:
     scheme: Any = case.scheme
     size, after, count = len(look.z), look.time + look.count * look.step, look.count
@@ -87,9 +97,8 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
     rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
     error = amplified @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
     gap = back(image) - look.z
-    if in_box(case):  # its coordinates may be angles, which a map keeps within one turn
-        x = gap[: system.n]
-        x -= 2 * np.pi * np.round(x / (2 * np.pi))
+    if in_box(case):
+        gap -= _turns(forth, look.z, image, gap, system.n)
     gap = np.abs(gap)
     certain = np.maximum(gap - error, 0) / scale
     worst, n = int(np.argmax(certain)), system.n

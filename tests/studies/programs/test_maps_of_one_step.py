@@ -196,12 +196,17 @@ def kicked(h):
     return step
 
 
-@pytest.mark.parametrize(("off", "verdict"), [(0, "pass"), (1e-7, "fail")])
-def test_a_map_of_an_angle_goes_back_but_for_whole_turns(off, verdict):
+@pytest.mark.parametrize(("off", "turns", "verdict"), [
+    (0, 0, "pass"), (1e-7, 0, "fail"), (0, 1, "fail"),
+])  # fmt: skip
+def test_a_map_of_an_angle_goes_back_but_for_whole_turns(off, turns, verdict):
+    """One that moves each state by a turn knows on which turn it is."""
+
     def standard(q, p):
         q = q + p / 2
         p = p + 0.9 * np.sin(q)
-        return np.mod(q + p / 2 + off * (p > 0), 2 * np.pi), p
+        q = q + p / 2 + off * (p > 0)
+        return q + 2 * np.pi if turns else np.mod(q, 2 * np.pi), p
 
     box = black_box(step=1, reversible=True, states=([-3, -2], [3, 2]))(standard)
     assert judged("reversibility", box.own_scene, box, causes=False)["verdict"] == verdict
